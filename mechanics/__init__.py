@@ -1,0 +1,1 @@
+"""Flexible multibody dynamics with the absolute nodal coordinate formulation (ANCF)."""

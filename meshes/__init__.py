@@ -1,0 +1,1 @@
+"""What exists in space: meshes, sections and materials."""

@@ -1,0 +1,1 @@
+"""Transient heat on networks of members: solvers behind one contract."""
