@@ -1,0 +1,310 @@
+"""Motion over a coupling window: substeps of HHT-alpha under step control.
+
+One substep: try -> refuse, or locate the onset of an impact -> accept -> book the energy.
+Step sizes lie on a ladder of halvings so that factorisations survive; they shrink below their
+rung only to end the window exactly or to land on the onset of an impact.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanics import ledger
+from mechanics.hht import Jacobian, Motion, Scheme, step
+from mechanics.ledger import Balance
+from mechanics.system import Coefficients, System
+
+Array = NDArray[np.float64]
+
+LANDING = 1e-5
+"""An onset is located when the gap is within this fraction of the clearance [-]."""
+CALM = 4
+"""Steps between a refusal and the next doubling of the step size."""
+IMPACT_RESOLUTION = 10.0
+"""Steps into which the estimated duration of an impact is divided at its onset."""
+DOUBLING_ERROR = 0.1
+"""A local error below this fraction of the tolerance allows twice the step: 2^3 of it stays below 1."""
+UNMEASURED = -1.0
+"""Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """Step-size control.
+
+    tolerance : float  local error of a step relative to ``System.scale``
+    largest_step, smallest_step : float [s]
+    """
+
+    tolerance: float = 1e-6
+    largest_step: float = 1e-2
+    smallest_step: float = 1e-10
+    scheme: Scheme = field(default_factory=Scheme)
+
+
+class State(NamedTuple):
+    """Everything that a later step depends on.
+
+    ledger : (len(TERMS),) float [J]  energies and cumulative works
+    rung : int  step size = largest_step / 2**rung
+    calm : int  accepted steps since the last refusal
+    counts : (3,) int  accepted steps, refused steps, Newton corrections so far
+    """
+
+    motion: Motion
+    ledger: Array
+    rung: int
+    calm: int
+    counts: Array
+
+
+class Window(NamedTuple):
+    """Coefficients at both ends of a window that starts at ``t0`` and lasts ``h`` [s]."""
+
+    t0: float
+    h: float
+    c0: Coefficients
+    c1: Coefficients
+
+    def at(self, t: float) -> Coefficients:
+        """Coefficients at time ``t``, linear inside the window."""
+        if self.c0 is self.c1:
+            return self.c0
+        s = (t - self.t0) / self.h
+        return tuple(a + s * (b - a) for a, b in zip(self.c0, self.c1, strict=True))
+
+
+class _Here(NamedTuple):
+    """A state with what was computed along with it."""
+
+    state: State
+    coef: Coefficients
+    balance: Balance
+    jacobian: Jacobian | None
+
+
+class _Tried(NamedTuple):
+    """A converged step that has not been accepted yet."""
+
+    motion: Motion
+    coef: Coefficients
+    jacobian: Jacobian
+    error: float
+
+
+Observe = Callable[[State, Array], None]
+
+
+def initial_state(
+    system: System, control: Control, coef: Coefficients, t: float = 0.0
+) -> tuple[State | None, str]:
+    """State at rest or in the initial motion, with consistent accelerations and multipliers."""
+    q, v = system.layout.q0.copy(), system.layout.v0.copy()
+    approach = np.zeros(0 if system.contact is None else len(system.contact.names))
+    found = system.initial_acceleration(q, v, t, coef, approach)
+    if found is None:
+        return None, "initial accelerations: the constraints contradict or repeat one another"
+    a, lam = found
+    force = system.force(q, v, t, coef, approach) + system.constraint_force(q, t, lam)
+    motion = Motion(t, q, v, a, lam, force, force, approach)
+    motion = motion._replace(approach=_approach(system, motion, coef))
+    b = ledger.balance(system, motion, coef)
+    row = np.zeros(len(ledger.TERMS))
+    row[:3] = b.kinetic, b.strain, b.contact_elastic
+    return State(motion, row, 0, 0, np.zeros(3, np.int64)), ""
+
+
+def advance(
+    system: System, control: Control, state: State, window: Window, observe: Observe | None = None
+) -> tuple[State, Array, str]:
+    """Carry the state through the window.
+
+    Returns
+    -------
+    state : State  at the end of the window
+    lost : (n_j, 2) float [J]  normal dissipation and frictional work of each clearance joint
+    why : str  "" or the reason why the window could not be finished
+    """
+    here, end = _enter(system, state, window), window.t0 + window.h
+    lost = np.zeros((len(state.motion.approach), 2))
+    while here.state.motion.t < end:
+        new, why = _substep(system, control, here, window, end)
+        if new is None:
+            return state, lost, why
+        lost += ledger.contact_losses(here.balance, new.balance)
+        here = new
+        if observe is not None:
+            observe(here.state, _responses(system, here))
+    return here.state, lost, ""
+
+
+def _responses(system: System, here: _Here) -> Array:
+    if system.contact is None:
+        return np.zeros((0, 0))
+    m = here.state.motion
+    return system.contact.response(m.q, m.v, here.coef[-1], m.approach)
+
+
+def _enter(system: System, state: State, window: Window) -> _Here:
+    """Begin a window; a jump of the coefficients since the last one is work of heating."""
+    b = ledger.balance(system, state.motion, window.c0)
+    row = np.zeros(len(ledger.TERMS))
+    row[:3] = b.kinetic, b.strain, b.contact_elastic
+    stored = state.ledger[1] + state.ledger[2]
+    row[ledger.TERMS.index("work_thermal")] = b.strain + b.contact_elastic - stored
+    return _Here(state._replace(ledger=ledger.accumulate(state.ledger, row)), window.c0, b, None)
+
+
+def _substep(
+    system: System, control: Control, here: _Here, window: Window, end: float
+) -> tuple[_Here | None, str]:
+    """One accepted substep, whatever number of refused ones it takes."""
+    target: float | None = None
+    while True:
+        h = _size(control, here.state, end, target)
+        tried, spent, why = _try(system, control, here, window, h, end)
+        here = _count(here, refused=int(tried is None), corrections=spent)
+        if tried is not None:
+            landing = _landing(system, here, tried)
+            if landing is None:
+                return _accept(system, control, here, tried), ""
+            target = landing * h
+        elif h <= 2.0 * control.smallest_step:
+            return None, why
+        elif target is not None:
+            target = 0.5 * h
+        else:
+            here = _lower(control, here, h)
+
+
+def _size(control: Control, state: State, end: float, target: float | None) -> float:
+    """Step size on the ladder that ends the window in a whole number of steps, or the target."""
+    if target is not None:
+        return target
+    remaining = end - state.motion.t
+    rung = control.largest_step / 2**state.rung
+    return remaining / max(1, ceil(remaining / rung - 1e-9))
+
+
+def _try(
+    system: System, control: Control, here: _Here, window: Window, h: float, end: float
+) -> tuple[_Tried | None, int, str]:
+    """A converged step within the error tolerance, or the reason why not; and its corrections."""
+    start = here.state.motion
+    last = start.t + h > end - 1e-9 * window.h
+    coef = window.at(end if last else start.t + h)
+    touching = (start.approach != 0.0).tobytes()
+    made = step(system, control.scheme, start, h, coef, here.jacobian, touching)
+    if made.motion is None or made.jacobian is None:
+        return None, made.iterations, made.why
+    error = _error(system, control, start, made.motion)
+    if error > 1.0:
+        return None, made.iterations, "the local error stays above the tolerance"
+    motion = made.motion._replace(t=end) if last else made.motion
+    return _Tried(motion, coef, made.jacobian, error), made.iterations, ""
+
+
+def _error(system: System, control: Control, m0: Motion, m1: Motion) -> float:
+    """Local error (beta - 1/6) h^2 |da| over the tolerance (Zienkiewicz & Xie 1991)."""
+    h = m1.t - m0.t
+    factor = (control.scheme.beta - 1.0 / 6.0) * h * h / control.tolerance
+    return factor * float(np.max(np.abs(m1.a - m0.a) / system.scale, initial=0.0))
+
+
+def _landing(system: System, here: _Here, tried: _Tried) -> float | None:
+    """Fraction of the step at which the first impact begins; None: no onset inside."""
+    if system.contact is None:
+        return None
+    m0, m1 = here.state.motion, tried.motion
+    g0, r0, c0 = _gaps(system, m0, here.coef)
+    g1, r1, c1 = _gaps(system, m1, tried.coef)
+    onset = (m0.approach == 0.0) & (g0 < 0.0) & (g1 > LANDING * np.maximum(np.abs(c0), np.abs(c1)))
+    h = m1.t - m0.t
+    fractions = [_first_root(g0[j], h * r0[j], g1[j], h * r1[j]) for j in np.flatnonzero(onset)]
+    return min(fractions, default=None)
+
+
+def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
+    """Penetration [m], its rate [m/s] and the clearance [m] of each joint."""
+    assert system.contact is not None
+    response = system.contact.response(motion.q, motion.v, coef[-1], motion.approach)
+    columns = system.contact.columns
+    return tuple(response[:, columns.index(c)] for c in ("penetration", "rate", "clearance"))
+
+
+def _first_root(g0: float, d0: float, g1: float, d1: float) -> float:
+    """First zero in (0, 1) of the cubic with end values g and end slopes d, g0 < 0 < g1."""
+    cubic = np.polynomial.Polynomial(
+        [g0, d0, 3 * (g1 - g0) - 2 * d0 - d1, 2 * (g0 - g1) + d0 + d1]
+    )
+    roots = cubic.roots()
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    inside = real[(real > 0.0) & (real < 1.0)]
+    return float(inside.min()) if len(inside) else -g0 / (g1 - g0)
+
+
+def _accept(system: System, control: Control, here: _Here, tried: _Tried) -> _Here:
+    """Book the step, update the running impacts and choose the next rung."""
+    m0 = here.state.motion
+    b1 = ledger.balance(system, tried.motion, tried.coef)
+    heating = ledger.work_of_heating(system, m0.q, tried.motion.q, here.coef, tried.coef)
+    row = ledger.entries(system, control.scheme, m0, tried.motion, here.balance, b1, heating)
+    motion = tried.motion._replace(approach=_approach(system, tried.motion, tried.coef))
+    state = here.state._replace(motion=motion, ledger=ledger.accumulate(here.state.ledger, row))
+    state = _next_rung(system, control, state, m0, tried)
+    return _count(_Here(state, tried.coef, b1, tried.jacobian), accepted=1)
+
+
+def _approach(system: System, motion: Motion, coef: Coefficients) -> Array:
+    """Approach speed of each running impact: the largest since its onset; 0 once it is over.
+
+    Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
+    are loaded anew without a separation.
+    """
+    if system.contact is None:
+        return motion.approach
+    gap, rate, clearance = _gaps(system, motion, coef)
+    touching = (gap > 0.0) | ((gap > -LANDING * np.abs(clearance)) & (rate > 0.0))
+    largest = np.maximum(motion.approach, rate)
+    return np.where(touching, np.where(largest > 0.0, largest, UNMEASURED), 0.0)
+
+
+def _next_rung(
+    system: System, control: Control, state: State, before: Motion, tried: _Tried
+) -> State:
+    """Shorter steps when an impact begins, longer ones when the error has been small for long."""
+    calm = state.calm + 1
+    begun = (state.motion.approach != 0.0) & (before.approach == 0.0)
+    if begun.any():
+        wanted = np.min(_durations(system, state.motion, tried.coef)[begun]) / IMPACT_RESOLUTION
+        return state._replace(rung=max(state.rung, _rung_below(control, wanted)), calm=0)
+    if state.rung > 0 and calm >= CALM and tried.error < DOUBLING_ERROR:
+        return state._replace(rung=state.rung - 1, calm=0)
+    return state._replace(calm=calm)
+
+
+def _durations(system: System, motion: Motion, coef: Coefficients) -> Array:
+    """Estimated duration [s] of an elastic impact of each joint at its approach speed."""
+    assert system.contact is not None
+    speed = np.maximum(motion.approach, 1e-9)
+    return system.contact.impact_duration(coef[-1], system.contact_mass, speed)
+
+
+def _rung_below(control: Control, h: float) -> int:
+    """First rung of the ladder whose step is not longer than ``h``."""
+    h = max(h, control.smallest_step)
+    return max(0, ceil(np.log2(control.largest_step / h) - 1e-9))
+
+
+def _lower(control: Control, here: _Here, h: float) -> _Here:
+    rung = _rung_below(control, 0.5 * h * (1.0 + 1e-9))
+    return here._replace(state=here.state._replace(rung=rung, calm=0))
+
+
+def _count(here: _Here, accepted: int = 0, refused: int = 0, corrections: int = 0) -> _Here:
+    counts = here.state.counts + np.array([accepted, refused, corrections])
+    return here._replace(state=here.state._replace(counts=counts))
