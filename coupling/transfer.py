@@ -1,0 +1,120 @@
+"""One matrix maps both ways between the temperatures of the two sides.
+
+P reads section temperatures (mean and two gradients) from nodal temperatures; the transpose of
+its mean rows deposits heat. Reading is consistent (constant and linear fields are exact),
+depositing is conservative (the columns of the transpose sum to one), by construction.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class Transfer(NamedTuple):
+    """matrix : (3 m, n) csr; rest : (m, 3) float  sections of points that no temperature reaches"""
+
+    matrix: csr_array
+    rest: Array
+
+    def read(self, T: Array) -> Array:
+        """Section temperatures (m, 3) [K, K/m, K/m] from nodal temperatures (n,) [K]."""
+        return self.rest + (self.matrix @ T).reshape(-1, 3)
+
+    def deposit(self, heat: Array) -> Array:
+        """Nodal heat (n,) [J] from heat (m,) [J] at the points."""
+        return self.matrix[0::3].T @ heat
+
+
+def transfer(
+    x: Array, regions: Mapping[str, Indices],
+    points: Array, axes: Array, point_regions: Mapping[str, Indices],
+    rest: Array,
+) -> Transfer:
+    """Build the transfer from temperatures at ``x`` to sections at ``points``.
+
+    Parameters
+    ----------
+    x : (n, 3) float [m], regions : which of them belong to which body or part
+    points : (m, 3) float [m], axes : (m, 3, 3), point_regions : likewise for the sections
+    rest : (m,) float [K]  temperature of points whose region has no temperatures
+    """
+    count = 3 * len(points)
+    entries: list[tuple[Array, Array, Array]] = []
+    base = np.zeros((len(points), 3))
+    base[:, 0] = rest
+    for name, rows in point_regions.items():
+        if name in regions:
+            block = _region(x[regions[name]], points[rows], axes[rows])
+            base[rows, 0] = 0.0
+            k, c = np.nonzero(block)
+            entries.append((3 * rows[k // 3] + k % 3, regions[name][c], block[k, c]))
+    i, j, v = (np.concatenate([np.zeros(0), *part]) for part in zip(*entries, strict=True)) \
+        if entries else (np.zeros(0),) * 3
+    ij = (i.astype(np.intp), j.astype(np.intp))
+    return Transfer(csr_array((v, ij), shape=(count, len(x))), base)
+
+
+def _region(x: Array, points: Array, axes: Array) -> Array:
+    """(3 m, n) block of one region."""
+    if not axes.any():
+        block = np.zeros((3 * len(points), len(x)))
+        block[0::3] = 1.0 / len(x)
+        return block
+    s, y, z = _section_coordinates(x, points, axes)
+    stations, profiles = _profiles(s, y, z)
+    arclength = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    weights = _interpolation(stations, arclength)
+    return np.einsum("ms,skn->mkn", weights, profiles).reshape(3 * len(points), len(x))
+
+
+def _section_coordinates(x: Array, points: Array, axes: Array) -> tuple[Array, Array, Array]:
+    """Arclength and section coordinates of ``x`` about the line through ``points``."""
+    edges = np.diff(points, axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])
+    along = np.einsum("nec,ec->ne", x[:, None] - points[None, :-1], edges / lengths[:, None])
+    along = np.clip(along, 0.0, lengths)
+    foot = points[None, :-1] + along[..., None] * (edges / lengths[:, None])
+    nearest = np.argmin(np.linalg.norm(x[:, None] - foot, axis=2), axis=1)
+    rows = np.arange(len(x))
+    along, foot = along[rows, nearest], foot[rows, nearest]
+    node = nearest + (along > 0.5 * lengths[nearest])
+    offset = x - foot
+    y = np.einsum("nc,nc->n", offset, axes[node, 1])
+    z = np.einsum("nc,nc->n", offset, axes[node, 2])
+    return starts[nearest] + along, y, z
+
+
+def _profiles(s: Array, y: Array, z: Array) -> tuple[Array, Array]:
+    """Stations (k,) and, for each, the least-squares fit of mean and gradients (k, 3, n)."""
+    tolerance = 1e-7 * max(np.ptp(s), 1e-12)
+    order = np.argsort(s, kind="stable")
+    breaks = np.flatnonzero(np.diff(s[order]) > tolerance) + 1
+    groups = np.split(order, breaks)
+    stations = np.array([s[g].mean() for g in groups])
+    profiles = np.zeros((len(groups), 3, len(s)))
+    for k, g in enumerate(groups):
+        profiles[k][:, g] = _fit(y[g], z[g])
+    return stations, profiles
+
+
+def _fit(y: Array, z: Array) -> Array:
+    """(3, k) least-squares map from k temperatures to the mean and the two gradients."""
+    size = max(np.abs(y).max(), np.abs(z).max())
+    if len(y) < 3 or size == 0.0:
+        fit = np.zeros((3, len(y)))
+        fit[0] = 1.0 / len(y)
+        return fit
+    basis = np.column_stack([np.ones_like(y), y / size, z / size])
+    return np.linalg.pinv(basis, rcond=1e-9) / np.array([1.0, size, size])[:, None]
+
+
+def _interpolation(stations: Array, at: Array) -> Array:
+    """(m, k) weights of piecewise linear interpolation, constant outside."""
+    return np.array([np.interp(at, stations, unit) for unit in np.eye(len(stations))]).T
