@@ -300,12 +300,9 @@ def _groups(materials: Sequence[Material], counts: Sequence[int]) -> list[Group]
 
 def _section_table(beams: Sequence[Beam], counts: Sequence[int]) -> Array:
     """(n_e, 6) A, I2, I3, J, k2, k3."""
-    s = [b.section for b in beams]
-    rows = [
-        [x.area, x.second_moment_2, x.second_moment_3, x.torsion_constant]
-        + [x.shear_factor_2, x.shear_factor_3]
-        for x in s
-    ]
+    fields = ("area", "second_moment_2", "second_moment_3", "torsion_constant")
+    fields += ("shear_factor_2", "shear_factor_3")
+    rows = [[getattr(b.section, field) for field in fields] for b in beams]
     return np.repeat(rows, counts, axis=0)
 
 

@@ -1,4 +1,4 @@
-"""Element families by name; each is imported, and its kernels compiled, only when a scene uses it."""
+"""Element families by name; each is imported, and compiled, only when a scene uses it."""
 
 FAMILIES = {
     "beam3243": "mechanics.beam3243:build",
