@@ -51,14 +51,14 @@ class System:
         self.constraints = joint_rows.build(description.joints, self.layout)
         self.contact = _contact(description, self.layout)
         self.m = len(self.constraints.names)
-        self.mass = self._mass()
+        self.mass = self._mass(description)
         self.loads = _loads(description, self.layout, self.mass)
         self.scale = _scale(description, self.layout)
         self._lay_pattern()
 
     # -- building ------------------------------------------------------------------------------
 
-    def _mass(self) -> csr_array:
+    def _mass(self, description: Description) -> csr_array:
         rows, columns, values = [], [], []
         for term in self.elements:
             blocks = term.mass_blocks()
