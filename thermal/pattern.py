@@ -1,0 +1,66 @@
+"""Matrix with a fixed pattern: entries of many blocks are summed through precomputed slots."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+DENSE = 120  # unknowns up to which LAPACK is faster than SuperLU (measured)
+
+
+class Pattern:
+    """Where entries (row, column) of a list land in the matrix of the free unknowns.
+
+    Parameters
+    ----------
+    n : int  unknowns in all
+    free : (f,) intp  those of the matrix; entries of others are dropped
+    rows, columns : (k,) intp  in the numbering of all
+    """
+
+    def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:
+        place = np.full(n, -1)
+        place[free] = np.arange(len(free))
+        i, j = place[rows], place[columns]
+        kept = (i >= 0) & (j >= 0)
+        key = np.where(kept, j * len(free) + i, len(free) ** 2)
+        self.size = len(free)
+        # of a small matrix every entry is stored, of a large one those that occur
+        stored = np.arange(self.size**2) if self.size <= DENSE else np.unique(key[kept])
+        self.slots = np.searchsorted(stored, key)
+        self.rows = stored % max(self.size, 1)
+        counts = np.bincount(stored // max(self.size, 1), minlength=self.size)
+        self.starts = np.concatenate([[0], np.cumsum(counts)])
+
+    def data(self, values: Array) -> Array:
+        """Stored entries, column by column, from the ``values`` (k,) of the list."""
+        sums = np.bincount(self.slots, weights=values, minlength=len(self.rows) + 1)
+        return sums[: len(self.rows)].astype(np.float64, copy=False)
+
+    def matrix(self, values: Array) -> csc_array:
+        """The sparse matrix."""
+        return csc_array((self.data(values), self.rows, self.starts), shape=(self.size,) * 2)
+
+    def factorise(self, values: Array) -> Callable[[Array], Array]:
+        """Solver of linear systems with the matrix."""
+        if self.size > DENSE:
+            return splu(self.matrix(values)).solve
+        if self.size == 0:
+            return np.copy
+        dense = self.data(values).reshape(self.size, self.size).T
+        factors = lu_factor(dense, overwrite_a=True, check_finite=False)
+        return lambda r: lu_solve(factors, r, check_finite=False)
+
+
+def block_entries(dofs: Sequence[Indices]) -> tuple[Indices, Indices]:
+    """Rows and columns of the entries of blocks on ``dofs`` (n, k), one array per term."""
+    rows = [np.broadcast_to(d[:, :, None], (*d.shape, d.shape[1])).ravel() for d in dofs]
+    columns = [np.broadcast_to(d[:, None, :], (*d.shape, d.shape[1])).ravel() for d in dofs]
+    empty = [np.empty(0, np.intp)]
+    return np.concatenate(empty + rows), np.concatenate(empty + columns)
