@@ -135,6 +135,7 @@ def _problems(material: Material) -> list[str]:
 
 
 def _sample(p: Property) -> Array:
-    lower = p.lower if isfinite(p.lower) else 0.0
-    upper = p.upper if isfinite(p.upper) else max(2000.0, 2.0 * lower)
+    """Temperatures all over the range; an open end is looked at as far as 200 K or 400 K."""
+    lower = p.lower if isfinite(p.lower) else min(200.0, p.upper)
+    upper = p.upper if isfinite(p.upper) else max(400.0, lower)
     return np.union1d(np.linspace(lower, upper, 200), p.curve.knots)
