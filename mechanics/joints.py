@@ -202,7 +202,7 @@ def direction(side: Side, vector: Array) -> Array:
 def unit_direction(side: Side, vector: Array) -> Array:
     """As ``direction``, divided by its length at all times."""
     coefficients = direction(side, vector)
-    coefficients[6] = 1.0
+    coefficients[6] = float(side.kind != FIXED)
     return coefficients
 
 

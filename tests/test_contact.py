@@ -1,0 +1,197 @@
+"""Contact laws against integration of the equation of motion and against published numbers."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+from mechanics import contact
+from mechanics.contact import DISSIPATION
+
+MASS, STIFFNESS = 0.032673, 1.53846e10
+
+
+def rebound(factor, speed, reference, exponent=1.5):
+    """Restitution of m δ̈ = -F(δ, δ̇) integrated from contact to separation."""
+
+    def motion(t, state):
+        force = contact.normal_force(STIFFNESS, exponent, state[0], state[1], factor, reference)
+        return [state[1], -force / MASS]
+
+    def apart(t, state):
+        return state[0] if t > 0.0 else 1.0
+
+    apart.terminal, apart.direction = True, -1
+    span = 20 * contact.elastic_impact(MASS, STIFFNESS, speed, exponent).duration
+    scale = [speed * span, speed]
+    run = solve_ivp(
+        motion, (0, span), [0.0, speed], events=apart, rtol=1e-10, atol=1e-13 * np.array(scale),
+        max_step=span / 200,
+    )  # fmt: skip
+    return -run.y_events[0][0, 1] / speed
+
+
+@pytest.mark.parametrize("restitution", [0.05, 0.3, 0.85, 0.99])
+@pytest.mark.parametrize(("speed", "exponent"), [(0.001, 1.5), (10.0, 1.5), (0.1, 1.0)])
+def test_exact_factor_delivers_its_restitution(restitution, speed, exponent):
+    factor = contact.exact_factor(restitution)
+    assert rebound(factor, speed, speed, exponent) == pytest.approx(restitution, rel=1e-5)
+
+
+def test_exact_factor_balances_the_impact():
+    """∫ u/(1 + D u) du from -e to 1 vanishes; in s = ln(1 + D u) it is ∫ (exp(s) - 1) ds / D²."""
+    e = np.array([0.1, 0.3, 0.5, 0.85, 0.93, 0.94, 0.99, 0.999, 1.0 - 1e-6])
+    for restitution, D in zip(e, contact.exact_factor(e), strict=True):
+        gained = quad(np.expm1, 0.0, np.log1p(D), epsabs=0, epsrel=1e-13)[0]
+        lost = quad(np.expm1, np.log1p(-D * restitution), 0.0, epsabs=0, epsrel=1e-13)[0]
+        assert gained == pytest.approx(-lost, rel=1e-10)
+
+
+def test_exact_factor_at_the_ends_of_its_range():
+    e = np.array([0.01, 0.02, 0.05, 0.1, 0.5, 0.9, 0.999])
+    D = contact.exact_factor(e)
+    assert np.all(np.diff(D) < 0)
+    assert np.all(D * e <= 1.0)
+    assert contact.exact_factor(0.01) == pytest.approx(100.0, rel=1e-12)  # 1 - D e = 101 exp(-101)
+    assert contact.exact_factor(1.0 - 1e-9) == pytest.approx(1.5e-9, rel=1e-6)
+    assert contact.exact_factor(1.0) == 0.0
+    with pytest.raises(ValueError, match=r"0\.01 to 1"):
+        contact.exact_factor(0.0)
+
+
+def test_exact_factor_is_another_solvers_root():
+    for e in (0.1, 0.5, 0.85):
+        root = brentq(
+            lambda D, e=e: D * (1 + e) - np.log((1 + D) / (1 - D * e)), 0.1, 0.9999999 / e
+        )
+        assert contact.exact_factor(e) == pytest.approx(root, rel=1e-9)
+
+
+@pytest.mark.parametrize("law", DISSIPATION)
+def test_delivered_restitution_is_what_integration_gives(law):
+    for e in (0.1, 0.5, 0.85):
+        factor = DISSIPATION[law](e)
+        expected = rebound(factor, 0.3, 0.3)
+        assert contact.delivered_restitution(factor) == pytest.approx(expected, rel=2e-5)
+
+
+def test_delivered_restitution_inverts_the_exact_factor():
+    e = np.array([0.05, 0.2, 0.5, 0.85, 0.9999, 1.0])
+    assert np.allclose(contact.delivered_restitution(contact.exact_factor(e)), e, atol=1e-10)
+
+
+def test_delivered_restitution_of_the_laws_at_085():
+    """Values of an independent study of the printed laws."""
+    found = {law: contact.delivered_restitution(DISSIPATION[law](0.85)) for law in DISSIPATION}
+    expected = {"hua2026": 0.752, "lankarani-nikravesh": 0.878, "flores": 0.841, "hu-guo": 0.850}
+    for law, value in expected.items():
+        assert found[law] == pytest.approx(value, abs=6e-4)
+
+
+def test_fixed_reference_speed_makes_restitution_depend_on_speed():
+    factor = DISSIPATION["hua2026"](0.85)
+    for speed, value in ((0.01, 0.968), (0.1, 0.752), (0.5, 0.358)):
+        assert rebound(factor, speed, 0.1) == pytest.approx(value, abs=6e-4)
+        assert contact.delivered_restitution(factor * speed / 0.1) == pytest.approx(value, abs=6e-4)
+
+
+def test_force_never_pulls_and_is_elastic_without_an_approach_speed():
+    assert contact.normal_force(1e9, 1.5, 1e-5, -1.0, 2.0, 0.1) == 0.0
+    assert contact.normal_force(1e9, 1.5, -1e-5, 1.0, 2.0, 0.1) == 0.0
+    for approach in (0.0, -1.0):
+        force = contact.normal_force(1e9, 1.5, 1e-5, 1.0, 2.0, approach)
+        assert force == pytest.approx(1e9 * 1e-5**1.5, rel=1e-14)
+
+
+def test_hertz_impact_of_a_steel_ball():
+    stiffness = contact.hertz_stiffness(10e-3, 210e9, 0.3, 210e9, 0.3)
+    impact = contact.elastic_impact(7800 * 4 / 3 * np.pi * 10e-3**3, stiffness, 1.0)
+    assert impact.penetration == pytest.approx(2.342085e-5, rel=1e-6)
+    assert impact.force == pytest.approx(1743.776, rel=1e-6)
+    assert impact.duration == pytest.approx(6.8934e-5, rel=1e-5)
+    assert impact.duration / impact.penetration == pytest.approx(2.94328, abs=5e-6)
+
+
+def test_linear_impact_lasts_half_a_period():
+    impact = contact.elastic_impact(2.0, 3e6, 0.1, 1.0)
+    assert impact.duration == pytest.approx(np.pi * np.sqrt(2.0 / 3e6), rel=1e-12)
+    assert impact.force == pytest.approx(0.1 * np.sqrt(2.0 * 3e6), rel=1e-12)
+
+
+def test_hertz_stiffness_of_a_published_journal_bearing():
+    """Flores' slider-crank: bearing 10 mm, journal 9.5 mm, steel."""
+    radius = contact.hertz_radius("hertz-internal", 9.5e-3, 10e-3)
+    assert contact.hertz_stiffness(radius, 207e9, 0.3, 207e9, 0.3) == pytest.approx(
+        6.6102e10, rel=1e-4
+    )
+
+
+def test_external_radius_is_much_softer_than_internal():
+    pair = [
+        contact.hertz_radius(f"hertz-{side}", 9.9e-3, 10e-3) for side in ("internal", "external")
+    ]
+    assert np.sqrt(pair[0] / pair[1]) == pytest.approx(14.1, abs=0.1)
+
+
+def test_static_hertz_contact():
+    """Aluminium, R = 10 mm against a rigid plane of the same material, 100 N."""
+    stiffness = contact.hertz_stiffness(10e-3, 69e9, 0.33, 69e9, 0.33)
+    assert (100 / stiffness) ** (2 / 3) == pytest.approx(7.212941e-6, rel=1e-6)
+
+
+def test_clearance_closes_by_seizure_and_opens_with_the_bearing():
+    hot = 50e-6 / (23.1e-6 * 25e-3)
+    assert hot == pytest.approx(86.5801, rel=1e-6)
+    assert contact.thermal_clearance(50e-6, 25e-3, 23.1e-6 * hot, 0.0) == pytest.approx(
+        0, abs=1e-12
+    )
+    even = contact.thermal_clearance(50e-6, 25e-3, 1e-3, 1e-3)
+    assert even == pytest.approx(50e-6 * 1.001, rel=1e-12)
+
+
+def test_partition_of_aluminium_and_steel():
+    aluminium, steel = (167.0, 2700.0, 896.0), (16.2, 8000.0, 500.0)
+    for law, share in (("effusivity", 0.714035), ("product", 0.862)):
+        weights = [contact.PARTITION[law](*body) for body in (aluminium, steel)]
+        assert weights[0] / sum(weights) == pytest.approx(
+            share, abs=5e-4 if law == "product" else 1e-6
+        )
+
+
+def test_effusivity_gives_both_faces_one_temperature():
+    """Explicit heat conduction in two half-spaces with a source at their interface."""
+    k, capacity = np.array([167.0, 16.2]), np.array([2700.0 * 896.0, 8000.0 * 500.0])
+    cells, dx, q = 120, 1e-4, 1e4
+    T = np.zeros((2, cells))
+    dt = 0.4 * dx**2 * (capacity / k).min()
+    weight = contact.PARTITION["effusivity"](k, capacity, 1.0)
+    share = weight / weight.sum()
+    for _ in range(1600):
+        flow = np.zeros((2, cells + 1))
+        flow[:, 1:-1] = -k[:, None] * np.diff(T, axis=1) / dx
+        flow[:, 0] = share * q
+        T -= dt * np.diff(flow, axis=1) / (dx * capacity[:, None])
+    surface = T[:, 0] + share * q * dx / (2 * k)
+    assert surface[0] == pytest.approx(surface[1], rel=5e-3)
+
+
+def test_friction_coefficient_and_force():
+    assert contact.friction_coefficient(398.15, 0.1, -1e-3, 298.15) == pytest.approx(0.09)
+    assert contact.friction_coefficient(5000.0, 0.1, -1e-3, 298.15) == 0.0
+    force = contact.friction_force(0.2, 10.0, np.array([-1.0, 0.0, 1e-4, 1.0]), 1e-4)
+    assert np.allclose(force, [2.0 / 1.0001, 0.0, -1.0, -2.0 / 1.0001], rtol=1e-12)
+
+
+def test_regimes():
+    cases = [
+        (-1e-6, 0.1, 0.0, 1.0, contact.FREE_FLIGHT),
+        (1e-6, 0.05, 0.1, 1.0, contact.IMPACT),
+        (1e-6, -0.05, 0.1, 1.0, contact.IMPACT),
+        (1e-6, 0.001, 0.1, 1.0, contact.SLIP),
+        (1e-6, 0.001, 0.1, 1e-5, contact.STICK),
+        (1e-6, 0.001, -1.0, 1e-5, contact.STICK),
+    ]
+    depth, rate, approach, slip, expected = np.array(cases).T
+    found = contact.classify(depth, rate, approach, slip, 1e-4)
+    assert found.dtype == np.int8
+    assert found.tolist() == expected.tolist()
