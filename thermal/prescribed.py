@@ -1,0 +1,89 @@
+"""Temperatures that follow their conditions exactly: ``PrescribedHeat``."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermal.check import check
+from thermal.description import Description, Member
+from thermal.layout import arclength, given, given_nodes, layout
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+RESERVOIR = "reservoir"
+
+
+class PrescribedHeat:
+    """Temperatures given by wall and fixed conditions; nothing is solved.
+
+    Parts without a condition stay as they are. All other conditions and the links have no
+    effect. What the heat balance lacks flows in from an unlimited reservoir.
+    """
+
+    def __init__(self, description: Description) -> None:
+        check(description)
+        self.x, self.regions, self._initial = layout(description)
+        self._given = given(description, self.regions)
+        _require_cover(description.members, self.regions, given_nodes(self._given))
+        self._bodies = [
+            (self.regions[m.name], m.material, _masses(m), m.name) for m in description.members
+        ] + [
+            (self.regions[p.name], p.material, np.array([p.mass]), p.name)
+            for p in description.parts
+        ]
+
+    def initial(self) -> Array:
+        """(n,) [K]  of the conditions at t = 0 where there are any."""
+        return self._at(self._initial, 0.0)
+
+    def energy(self, T: Array) -> float:
+        """Stored heat [J] above the materials' datum of enthalpy."""
+        return float(sum(mass @ m.enthalpy(T[nodes]) for nodes, m, mass, _ in self._bodies))
+
+    def advance(
+        self, T: Array, t: float, h: float, heat: Array
+    ) -> tuple[Array, Mapping[str, float], str]:
+        """Temperatures at ``t + h``, heat [J] from the reservoir, reason; see ThermalSolver."""
+        end = self._at(T, t + h)
+        flow = self.energy(end) - self.energy(T) - float(np.sum(heat))
+        why = self._fault(end)
+        return end, {RESERVOIR: flow}, f"t = {t + h:g} s: {why}" if why else ""
+
+    def _at(self, T: Array, t: float) -> Array:
+        T = T.copy()
+        for g in self._given:
+            T[g.nodes] = g.at(t)
+        return T
+
+    def _fault(self, T: Array) -> str:
+        for nodes, material, _, name in self._bodies:
+            p = material.heat_capacity
+            for bad in T[nodes][~((T[nodes] >= p.lower) & (T[nodes] <= p.upper))]:
+                return (
+                    f"'{name}' left the range of {p.name} ({p.lower:g} K to {p.upper:g} K) "
+                    f"with {bad:g} K"
+                )
+        return ""
+
+
+def _masses(m: Member) -> Array:
+    """(stations * wall_points,) [kg]  half of the wall to each neighbouring station."""
+    s = arclength(m.points)
+    lengths = 0.5 * (np.diff(s, append=s[-1]) + np.diff(s, prepend=s[0]))
+    share = m.material.density * m.section.area / m.wall_points
+    return np.repeat(share * lengths, m.wall_points)
+
+
+def _require_cover(
+    members: Sequence[Member], regions: Mapping[str, Indices], nodes: Indices
+) -> None:
+    found = []
+    for m in members:
+        bare = ~np.isin(regions[m.name], nodes).reshape(-1, m.wall_points).all(axis=1)
+        if bare.any():
+            where = ", ".join(f"{s:g} m" for s in arclength(m.points)[bare])
+            found.append(f"member '{m.name}': no condition gives the temperature at {where}")
+    if found:
+        raise ValueError("\n  ".join(["prescribed temperatures must cover all members", *found]))
