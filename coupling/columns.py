@@ -1,0 +1,85 @@
+"""Unit and meaning of every column that a run records."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+
+class Column(NamedTuple):
+    """Unit (SI, "" for a pure number), meaning in a few words, number type."""
+
+    unit: str
+    description: str
+    dtype: DTypeLike = np.float64
+
+
+STANDARD: dict[str, dict[str, Column]] = {
+    "windows": {
+        "time": Column("s", "end of the coupling window"),
+        "window": Column("s", "length of the coupling window"),
+        "step_min": Column("s", "smallest mechanical step"),
+        "step_max": Column("s", "largest mechanical step"),
+        "steps": Column("", "accepted mechanical steps", np.int64),
+        "rejected": Column("", "rejected mechanical steps", np.int64),
+        "iterations": Column("", "Newton iterations", np.int64),
+        "factorisations": Column("", "factorised Jacobians", np.int64),
+        "halvings": Column("", "rejected attempts at this window", np.int64),
+        "exchanges": Column("", "thermal solutions", np.int64),
+        "wall_time": Column("s", "elapsed time on the clock"),
+    },
+    "ledger": {
+        "kinetic": Column("J", "kinetic energy"),
+        "strain": Column("J", "stored energy of the elements"),
+        "work_loads": Column("J", "work of forces, moments and gravity"),
+        "work_drive": Column("J", "work of driven joints"),
+        "work_thermal": Column("J", "work of the changing temperature on the elements"),
+        "contact_elastic": Column("J", "elastic energy of contacts"),
+        "friction": Column("J", "dissipated by friction"),
+        "hysteresis": Column("J", "dissipated by impacts"),
+        "damping": Column("J", "dissipated by structural damping"),
+        "numerical": Column("J", "dissipated by the integrator"),
+        "defect": Column("J", "what the mechanical balance lacks"),
+        "heat_stored": Column("J", "change of stored heat"),
+        "heat_exchanged": Column("J", "frictional heat given to the thermal model"),
+        "heat_defect": Column("J", "what the heat balance lacks"),
+    },
+    "probes": {
+        "time": Column("s", "time"),
+        "position": Column("m", "position"),
+        "velocity": Column("m/s", "velocity"),
+        "acceleration": Column("m/s^2", "acceleration"),
+        "temperature": Column("K", "mean temperature of the section"),
+    },
+    "joints": {
+        "time": Column("s", "time"),
+        "orbit": Column("m", "journal centre relative to the bearing in the hinge plane"),
+        "clearance": Column("m", "radial clearance at the present temperatures"),
+        "penetration": Column("m", "indentation, positive in contact"),
+        "normal_force": Column("N", "normal contact force"),
+        "friction_force": Column("N", "friction force"),
+        "slip_speed": Column("m/s", "relative speed of the surfaces along the contact"),
+        "angle": Column("rad", "prescribed rotation"),
+        "torque": Column("N m", "torque of the drive"),
+        "regime": Column("", "0 free flight, 1 impact, 2 slip, 3 stick", np.int8),
+        "temperature_journal": Column("K", "temperature of the journal"),
+        "temperature_bearing": Column("K", "temperature of the bearing"),
+    },
+    "bodies": {
+        "position": Column("m", "nodes"),
+        "axes": Column("", "section triads, rows e1, e2, e3"),
+        "temperature": Column("K, K/m, K/m", "mean, gradients along e2 and e3"),
+        "resultants": Column("N, N m", "N, Q2, Q3, Mt, M2, M3 of each element"),
+    },
+    "frames": {"time": Column("s", "time of the frame")},
+}
+"""The first part of a group's name leads to its columns."""
+
+
+def standard(group: str, name: str) -> Column | None:
+    """Column ``name`` of ``group`` ("joints/hinge"), None when it is not a standard one."""
+    kind = group.split("/", 1)[0]
+    known = STANDARD.get(kind, {}).get(name)
+    if known is None and kind == "ledger" and name.startswith("heat_"):
+        return Column("J", f"heat that entered through {name.removeprefix('heat_')}")
+    return known
