@@ -191,5 +191,5 @@ def _unit(name: str, v: Array) -> Array:
 
 
 def _require_elements(elements: int) -> None:
-    if isinstance(elements, bool) or int(elements) != elements or elements < 1:
+    if isinstance(elements, bool) or not isinstance(elements, int | np.integer) or elements < 1:
         raise ValueError(f"elements must be a positive integer, got {elements!r}")

@@ -120,9 +120,7 @@ def _add_physical_groups(raw, mesh: Mesh) -> None:
     dimensions = {block.type: block.dim for block in raw.cells}
     for tag, (name, (family, indices)) in enumerate(mesh.regions.items(), start=1):
         if tags[family][indices].any():
-            raise ValueError(
-                f"region '{name}': shares cells with another; .msh has no place for it"
-            )
+            raise ValueError(f"region '{name}' shares cells with another: no place for it in .msh")
         tags[family][indices] = tag
         raw.field_data[name] = np.array([tag, dimensions[family]])
     raw.cell_data = {"gmsh:physical": list(tags.values()), "gmsh:geometrical": list(tags.values())}
@@ -145,6 +143,7 @@ def _line_cells(mesh: Mesh, region: str | None) -> Indices:
 def _ordered(cells: Indices, points: Array) -> Indices:
     """Nodes of one open line in order; a ValueError if the cells are anything else."""
     _require_distinct(np.unique(cells), points)
+    _require_simple(cells)
     neighbours: dict[int, list[int]] = {}
     for a, b in cells.tolist():
         neighbours.setdefault(a, []).append(b)
@@ -180,6 +179,16 @@ def _require_distinct(nodes: Indices, points: Array) -> None:
     if pairs:
         a, b = (int(nodes[i]) for i in min(pairs))
         raise ValueError(f"nodes {a} and {b} coincide{_at(points, a)}: merge them")
+
+
+def _require_simple(cells: Indices) -> None:
+    loops = cells[cells[:, 0] == cells[:, 1]]
+    if len(loops):
+        raise ValueError(f"node {loops[0, 0]} is joined to itself")
+    pairs, counts = np.unique(np.sort(cells, axis=1), axis=0, return_counts=True)
+    if (counts > 1).any():
+        a, b = pairs[counts.argmax()]
+        raise ValueError(f"nodes {a} and {b} are joined twice")
 
 
 def _at(points: Array, node: int) -> str:
