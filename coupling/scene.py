@@ -1,0 +1,128 @@
+"""The scene: what a case file says, checked and in SI units and kelvin.
+
+``Scene`` mirrors the tables of the file. Named tables are dicts by name, empty when the file has
+none; ``gravity`` and ``thermal`` are None when absent. ``coupling.casefile.read`` makes a scene.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.json_schema import SkipJsonSchema
+
+from coupling import quantities
+from coupling.fields import Count, PositiveTime, Quantity, Table
+from coupling.heat_tables import MaterialTable, Thermal
+from coupling.motion_tables import Body, Gravity, Joint, Load, Place, Section
+
+ROOM_TEMPERATURE = 293.15  # [K] of a body without any temperature given
+
+
+class Span(Table):
+    """[time]: how long, and in which windows heat and motion exchange."""
+
+    end: PositiveTime = Field(description="length of the run, a whole number of windows")
+    window: PositiveTime = Field(description="coupling window")
+
+    def odd_values(self) -> Iterator[tuple[str, str]]:
+        n = round(self.end / self.window)
+        if n < 1 or abs(self.end / self.window - n) > 1e-9 * n:
+            yield (
+                "end",
+                f"must be a whole number of windows of {self.window:g} s, got {self.end:g} s",
+            )
+        elif n > 100_000_000:
+            yield "window", f"makes {n} windows; at most 1e8 can be run"
+
+    @property
+    def windows(self) -> int:
+        """Number of windows."""
+        return round(self.end / self.window)
+
+
+class Coupling(Table):
+    """[coupling]: how heat and motion are coupled."""
+
+    scheme: Literal["serial", "corrected"] = Field(
+        default="corrected",
+        description="serial: first order; corrected: second order in the window",
+    )
+    smallest_window: PositiveTime | None = Field(
+        default=None, description="a window is halved down to this before the run stops"
+    )
+
+
+class Integrator(Table):
+    """[integrator]: HHT-alpha for the motion."""
+
+    alpha: Annotated[float, Quantity(quantities.NUMBER, least=-1 / 3, most=0.0)] = Field(
+        default=-0.1, description="numerical damping, from -1/3 to 0 (none)"
+    )
+    tolerance: Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=0.1)] = Field(
+        default=1e-5,
+        description="local error per step relative to body size, to clearance for journals",
+    )
+    largest_step: PositiveTime | None = Field(
+        default=None, description="default: the coupling window"
+    )
+    smallest_step: PositiveTime | None = Field(default=None, description="default: 1e-9 windows")
+    newton_tolerance: Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=0.1)] = Field(
+        default=1e-10, description="relative residual at which Newton stops"
+    )
+
+    def odd_values(self) -> Iterator[tuple[str, str]]:
+        if self.largest_step and self.smallest_step and self.smallest_step > self.largest_step:
+            yield "smallest_step", f"must not exceed largest_step, {self.largest_step:g} s"
+
+
+class Probe(Table):
+    """A point whose motion and temperature are written to probes.csv."""
+
+    body: str = Field(description="name of a [body.NAME]")
+    at: Place | None = Field(
+        default=None,
+        description="'start', 'end' or the distance from the start along the body to a node",
+    )
+
+
+class Output(Table):
+    """[output]"""
+
+    frames: Annotated[int, Count(most=1_000_000)] = Field(default=100, description="about how many")
+    export: list[Literal["vtk", "pictures"]] = Field(
+        default_factory=list, description="what is written after the run"
+    )
+
+
+class Scene(BaseModel):
+    """A case: everything that its file says.
+
+    Attributes
+    ----------
+    points : dict  (n, 3) float [m] of each body by name: its nodes, one for a particle
+    folder : Path  of the case
+    text : str  the TOML that was read, with overrides applied
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+    title: str = Field(default="", description="one line")
+    description: str = Field(default="", description="free text")
+    time: Span
+    coupling: Coupling = Field(default_factory=Coupling)
+    integrator: Integrator = Field(default_factory=Integrator)
+    material: dict[str, MaterialTable] = Field(default_factory=dict)
+    section: dict[str, Annotated[Section, Field(discriminator="kind")]] = Field(
+        default_factory=dict
+    )
+    body: dict[str, Annotated[Body, Field(discriminator="kind")]]
+    joint: dict[str, Annotated[Joint, Field(discriminator="kind")]] = Field(default_factory=dict)
+    load: dict[str, Annotated[Load, Field(discriminator="kind")]] = Field(default_factory=dict)
+    gravity: Gravity | None = None
+    thermal: Thermal | None = None
+    probe: dict[str, Probe] = Field(default_factory=dict)
+    output: Output = Field(default_factory=Output)
+    points: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)
+    folder: SkipJsonSchema[Path] = Path()
+    text: SkipJsonSchema[str] = ""
