@@ -6,7 +6,7 @@ six rigid motions leave 18 strains, each of them objective:
 ==================  =====================================================  =================
 strain              generalised strain (dimensionless)                     stiffness
 ==================  =====================================================  =================
-axial (3)           projection of (r'.r' - 1)/2 at three Gauss points      EA L w/2
+axial (3)           Legendre coefficients of (r'.r' - 1)/2                 EA L (1, 3, 5 s)
 bending (2 x 2)     L r''.n_k/|r'| - (g_k(L) - g_k(0)) at two Gauss pts    EI_k/(2 L)
 shear (2 x 2)       g_k = r_x.d_k at the nodes                             k_s GA L/2
 torsion (1)         (d3(0).d2(L) - d2(0).d3(L))/2                          GJ/L
@@ -25,32 +25,25 @@ this project's own.
 - Division by |r'| makes the bending strain the turning of the axis per *reference* length,
   the measure that is conjugate to the bending moment when the axis stretches (Gerstmayr &
   Irschik 2008), and keeps it unchanged by a uniform expansion.
-- The quadratic Legendre part of the axial strain is scaled by ``MEMBRANE**0.5``: a cubic
-  cannot bend without it, and its full stiffness would lock.
+- The quadratic Legendre part of the axial strain is relieved against membrane locking; how
+  much is measured in ``line_elements.membrane_slack``.
 - The directors' stretch is stiff (EA): the section follows the thermal expansion.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mechanics import line_elements as line
 from mechanics.description import Beam
-from meshes.materials import Material
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-MEMBRANE = 0.01
-"""Part of the stiffness EA that the quadratic axial strain keeps; .001 to .1 serve alike [-]."""
-
 STRAINS = 18
-GAUSS3 = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
-WEIGHT3 = np.array([5.0, 8.0, 5.0]) / 18.0
-GAUSS2 = np.array([0.5 - np.sqrt(1.0 / 12.0), 0.5 + np.sqrt(1.0 / 12.0)])
-STATIONS = np.concatenate([[0.0, 1.0], GAUSS2, GAUSS3])
+STATIONS = np.concatenate([[0.0, 1.0], line.GAUSS2, line.GAUSS3])
 """Where the material is evaluated, as fractions of the length."""
 
 # An element is described by seven vectors X: c = (r_b - r_a)/L, r_x, d2, d3 at node a, then
@@ -60,33 +53,14 @@ C, A1, A2, A3, B1, B2, B3 = range(7)
 AXIAL, BENDING, SHEAR, TORSION, SECTION = 0, 3, 7, 11, 12
 
 
-def _tangent_weights(xi: Array) -> Array:
-    """(n, 3) weights of c, r_x(0), r_x(L) in r' of the Hermite cubic at fractions ``xi``."""
-    return np.stack([6 * xi * (1 - xi), 1 - 4 * xi + 3 * xi**2, 3 * xi**2 - 2 * xi], axis=-1)
-
-
-def _curvature_weights(xi: Array) -> Array:
-    """(n, 3) weights of c, r_x(0), r_x(L) in L r''."""
-    return np.stack([6 - 12 * xi, -4 + 6 * xi, 6 * xi - 2], axis=-1)
-
-
-def _membrane_projection() -> Array:
-    """(3, 3) from axial strains at Gauss points to those with the quadratic part scaled."""
-    z = 2 * GAUSS3 - 1
-    legendre = np.stack([np.ones(3), z, 1.5 * z**2 - 0.5])
-    scale = np.array([1.0, 3.0, 5.0 * np.sqrt(MEMBRANE)])
-    return (legendre.T * scale) @ (legendre * WEIGHT3)
-
-
 def _quadratic_terms() -> list[tuple[int, int, int, float]]:
     """Strain row, two vectors, factor: each adds factor X_J.X_K to the strain of the row."""
     terms = []
     axis = (C, A1, B1)
-    products = np.einsum("gh,hi,hj->gij", PROJECTION, TANGENT3, TANGENT3)
     for g in range(3):
         for i in range(3):
-            terms += [(AXIAL + g, axis[i], axis[i], 0.5 * products[g, i, i])]
-            terms += [(AXIAL + g, axis[i], axis[j], products[g, i, j]) for j in range(i)]
+            terms += [(AXIAL + g, axis[i], axis[i], 0.5 * line.AXIAL_FORM[g, i, i])]
+            terms += [(AXIAL + g, axis[i], axis[j], line.AXIAL_FORM[g, i, j]) for j in range(i)]
     for k in range(2):
         for g in range(2):
             terms += [
@@ -102,8 +76,6 @@ def _quadratic_terms() -> list[tuple[int, int, int, float]]:
     return [*terms, (SECTION + 4, A2, A3, 1.0), (SECTION + 5, B2, B3, 1.0)]
 
 
-PROJECTION = _membrane_projection()
-TANGENT3 = _tangent_weights(GAUSS3)
 _TERMS = _quadratic_terms()
 ROW, LEFT, RIGHT = (np.array([t[i] for t in _TERMS], dtype=np.intp) for i in range(3))
 FACTOR = np.array([t[3] for t in _TERMS])
@@ -111,18 +83,12 @@ FACTOR = np.array([t[3] for t in _TERMS])
 # At a bending point: u = L r'', t = r', d2, d3 from the vectors X, as lists of non-zero weights.
 POINT_OF = np.array([0, 0, 0, 1, 1, 1, 2, 2, 3, 3], dtype=np.intp)
 POINT_FROM = np.array([C, A1, B1, C, A1, B1, A2, B2, A3, B3], dtype=np.intp)
-_SPAN = np.stack([1 - GAUSS2, GAUSS2], axis=-1)
-POINT_WEIGHT = np.hstack([_curvature_weights(GAUSS2), _tangent_weights(GAUSS2), _SPAN, _SPAN])
+_SPAN = np.stack([1 - line.GAUSS2, line.GAUSS2], axis=-1)
+_AXIS = [line.curvature_weights(line.GAUSS2), line.tangent_weights(line.GAUSS2)]
+POINT_WEIGHT = np.hstack([*_AXIS, _SPAN, _SPAN])
 
 # The eight vectors of coordinates r, r_x, d2, d3, r, r_x, d2, d3 in terms of X.
 NODAL = np.array([C, A1, A2, A3, C, B1, B2, B3], dtype=np.intp)
-
-
-class Group(NamedTuple):
-    """Elements (n_g,) of one material."""
-
-    material: Material
-    elements: Indices
 
 
 class Beam3243:
@@ -138,33 +104,32 @@ class Beam3243:
     """
 
     def __init__(self, beams: Sequence[Beam], node_dofs, point_index):
-        self.names = [b.name for b in beams for _ in range(len(b.points) - 1)]
-        start = _pairs([node_dofs[b.name] for b in beams])
-        self.dofs = (start[:, :, None] + np.arange(12)).reshape(-1, 24)
-        self.nodes = _pairs([point_index[b.name] for b in beams])
-        counts = [len(b.points) - 1 for b in beams]
-        self.damping_time = np.repeat([b.damping_time for b in beams], counts)
-        self._reference_temperature = np.repeat([b.reference_temperature for b in beams], counts)
-        self._groups = _groups([b.material for b in beams], counts)
-        reference = np.concatenate([_element_coordinates(b) for b in beams])
-        self.length = arc_lengths(reference)
-        self._start = np.ascontiguousarray(start, dtype=np.intp)
-        self._sections = _section_table(beams, counts)
+        self.names = [str(name) for name in line.per_element(beams, [b.name for b in beams])]
+        self._start = line.pairs([node_dofs[b.name] for b in beams]).astype(np.intp)
+        self.dofs = (self._start[:, :, None] + np.arange(12)).reshape(-1, 24)
+        self.nodes = line.pairs([point_index[b.name] for b in beams])
+        self.damping_time = line.per_element(beams, [float(b.damping_time) for b in beams])
+        self._unheated = line.per_element(beams, [float(b.reference_temperature) for b in beams])
+        self._groups = line.groups(beams)
+        self._sections = line.per_element(beams, [_section_row(b) for b in beams])
+        self._density = line.per_element(beams, [b.material.density for b in beams])
+        reference = line.pairs([coordinates(b) for b in beams])
+        self.length = line.arc_lengths(reference[:, :, :3], reference[:, :, 3:6])
         self._reference = _reference_strains(reference, self.length)
-        density = np.repeat([b.material.density for b in beams], counts)
-        self._mass = density[:, None] * self._sections[:, :3]
+        slopes = line.tangents(reference[:, :, :3], reference[:, :, 3:6], self.length)
+        self._reference_axial = line.half_square(slopes)
+        area, I2, I3 = self._sections[:, :3].T
+        self._slack = line.membrane_slack(area, np.sqrt(I2 * I3), self.length)
 
     def coefficients(self, T: Array) -> Array:
         """Stiffness D and free strain of each generalised strain, (n_e, 36), smooth in T."""
-        ends = T[self.nodes]
-        at = ends[:, 0, None] + STATIONS[:, None] * (ends[:, 1] - ends[:, 0])[:, None]
+        at = line.at_fractions(T[self.nodes], STATIONS)
         E, G, strain, expansion = np.empty((4, len(self.names), len(STATIONS)))
-        T_ref = self._reference_temperature[:, None]
         for material, e in self._groups:
             mean = at[e, :, 0]
             E[e] = material.youngs_modulus(mean)
             G[e] = material.shear_modulus(mean)
-            strain[e] = material.thermal_strain(mean, T_ref[e])
+            strain[e] = material.thermal_strain(mean, self._unheated[e, None])
             expansion[e] = material.expansion(mean)
         free = self._free_strains((1.0 + strain) ** 2, expansion[:, 2:4, None] * at[:, 2:4, 1:])
         return np.hstack([self._stiffness(E, G), free])
@@ -176,7 +141,7 @@ class Beam3243:
         E_ends, G_ends, E_bending = E[:, :2], G[:, :2], E[:, 2:4] / (4.0 * half)
         shear, stretch = G_ends * A * half, E_ends * A * half
         torsion = G[:, 5:6] * J / (2.0 * half)
-        axial = 2.0 * half * WEIGHT3 * E[:, 4:] * A
+        axial = line.axial_stiffness(E[:, 4:] * A, self.length, self._slack)
         bending = [E_bending * I2, E_bending * I3]
         return np.hstack(
             [axial, *bending, k2 * shear, k3 * shear, torsion, stretch, stretch, shear]
@@ -190,7 +155,7 @@ class Beam3243:
         the warmer side becomes the outer one.
         """
         free = self._reference.copy()
-        free[:, AXIAL:BENDING] = (free[:, AXIAL:BENDING] * stretch[:, 4:]) @ PROJECTION.T
+        free[:, AXIAL:BENDING] = line.axial_coefficients(self._reference_axial * stretch[:, 4:])
         turning = self.length[:, None, None] * curvature
         free[:, BENDING:SHEAR] -= turning.transpose(0, 2, 1).reshape(-1, 4)
         free[:, SHEAR:TORSION] *= np.tile(stretch[:, :2], 2)
@@ -225,20 +190,21 @@ class Beam3243:
         strains, rates = self._strains(q, v)
         excess = strains - coef[:, STRAINS:] + self.damping_time[:, None] * rates
         S = coef[:, :STRAINS] * excess
-        N = S[:, AXIAL:BENDING].sum(axis=1) / self.length
+        N = S[:, AXIAL] / self.length
         Q = S[:, SHEAR:TORSION].reshape(-1, 2, 2).sum(axis=2) / self.length[:, None]
         M = S[:, BENDING:SHEAR].reshape(-1, 2, 2).sum(axis=2)
         return np.column_stack([N, Q, S[:, TORSION], M])
 
     def mass_blocks(self) -> Array:
         """(n_e, 24, 24) consistent mass: Hermite for r and r_x, linear for d2 and d3."""
-        hermite = _hermite_mass(self.length)
+        hermite = line.hermite_mass(self.length)
+        A, I2, I3 = self._density * self._sections[:, :3].T
         linear = self.length[:, None, None] / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
         scalar = np.zeros((len(self.names), 8, 8))
-        scalar[:, [[0], [1], [4], [5]], [0, 1, 4, 5]] = self._mass[:, 0, None, None] * hermite
-        scalar[:, [[2], [6]], [2, 6]] = self._mass[:, 1, None, None] * linear
-        scalar[:, [[3], [7]], [3, 7]] = self._mass[:, 2, None, None] * linear
-        return np.einsum("eij,kl->eikjl", scalar, np.eye(3)).reshape(-1, 24, 24)
+        scalar[:, [[0], [1], [4], [5]], [0, 1, 4, 5]] = A[:, None, None] * hermite
+        scalar[:, [[2], [6]], [2, 6]] = I2[:, None, None] * linear
+        scalar[:, [[3], [7]], [3, 7]] = I3[:, None, None] * linear
+        return line.in_space(scalar)
 
     def _strains(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Generalised strains and their rates, both (n_e, 18)."""
@@ -266,66 +232,20 @@ def coordinates(beam: Beam) -> Array:
     return np.hstack([beam.points, np.asarray(beam.axes).reshape(n, 9)])
 
 
-def arc_lengths(reference: Array) -> Array:
-    """Arc lengths [m] of Hermite cubics with unit end tangents, from (n_e, 2, >=6) r, r_x, ....
-
-    The parameter of the cubic is its length; solved by fixed point from the chord.
-    """
-    chord = reference[:, 1, :3] - reference[:, 0, :3]
-    xi, w = np.polynomial.legendre.leggauss(12)
-    weights = _tangent_weights(0.5 + 0.5 * xi)
-    ends = np.einsum("gk,eki->egi", weights[:, 1:], reference[:, :, 3:6])
-    L = np.linalg.norm(chord, axis=1)
-    for _ in range(30):
-        slope = weights[:, :1] * chord[:, None] + L[:, None, None] * ends
-        L = np.linalg.norm(slope, axis=2) @ (0.5 * w)
-    return L
-
-
-def _element_coordinates(beam: Beam) -> Array:
-    x = coordinates(beam)
-    return np.stack([x[:-1], x[1:]], axis=1)
-
-
-def _pairs(node_arrays: Sequence[Indices]) -> Indices:
-    """(n_e, 2) entries at both ends of each element."""
-    return np.concatenate([np.column_stack([a[:-1], a[1:]]) for a in node_arrays])
-
-
-def _groups(materials: Sequence[Material], counts: Sequence[int]) -> list[Group]:
-    owner = np.repeat([id(m) for m in materials], counts)
-    distinct = {id(m): m for m in materials}
-    return [Group(m, np.flatnonzero(owner == key)) for key, m in distinct.items()]
-
-
-def _section_table(beams: Sequence[Beam], counts: Sequence[int]) -> Array:
-    """(n_e, 6) A, I2, I3, J, k2, k3."""
-    fields = ("area", "second_moment_2", "second_moment_3", "torsion_constant")
-    fields += ("shear_factor_2", "shear_factor_3")
-    rows = [[getattr(b.section, field) for field in fields] for b in beams]
-    return np.repeat(rows, counts, axis=0)
+def _section_row(beam: Beam) -> list[float]:
+    s = beam.section
+    moments = [s.area, s.second_moment_2, s.second_moment_3, s.torsion_constant]
+    return [*moments, s.shear_factor_2, s.shear_factor_3]
 
 
 def _reference_strains(reference: Array, length: Array) -> Array:
-    """(n_e, 18) strains at the reference; axial ones at the Gauss points, not projected."""
+    """(n_e, 18) strains at the reference."""
     n = len(reference)
     start = 24 * np.arange(n)[:, None] + np.array([0, 12])
     strains, rates = np.empty((2, n, STRAINS))
     q = reference.ravel()
     _evaluate(q, np.zeros_like(q), start, length, strains, rates)
-    strains[:, AXIAL:BENDING] = np.linalg.solve(PROJECTION, strains[:, AXIAL:BENDING].T).T
     return strains
-
-
-def _hermite_mass(L: Array) -> Array:
-    """(n_e, 4, 4) mass of r, r_x, r, r_x of a Hermite cubic of unit mass per length."""
-    o = np.ones_like(L)
-    upper = [156 * o, 22 * L, 54 * o, -13 * L, 4 * L**2, 13 * L, -3 * L**2]
-    upper += [156 * o, -22 * L, 4 * L**2]
-    m = np.empty((len(L), 4, 4))
-    i, j = np.triu_indices(4)
-    m[:, i, j] = m[:, j, i] = np.stack(upper, axis=1)
-    return m * L[:, None, None] / 420.0
 
 
 @njit(cache=True)

@@ -1,0 +1,362 @@
+"""ANCF cable with two nodes of 6 coordinates, r and r_x: tension and bending, no twist or shear.
+
+The gradient-deficient element of Gerstmayr & Shabana (2006): a cubic Hermite axis. Its strains
+are the first three Legendre coefficients of the axial strain e = (r'.r' - 1)/2, and at two Gauss
+points the turning of the axis per reference length,
+
+    kappa = |r' x r''| / |r'|^2,
+
+the *material* measure of curvature (Gerstmayr & Irschik 2008): |r'| once less in the denominator
+than the geometric curvature of the paper of 2006, conjugate to the bending moment when the cable
+stretches, and unchanged by a uniform expansion.
+
+- Elastic energy EA/2 int (e - e_th)^2 + EI/2 int (kappa - kappa_ref)^2, the quadratic part of e
+  being relieved as in ``line_elements.membrane_slack``.
+- A cable has no twist, so its bending stiffness is the same in all directions, and a temperature
+  gradient across it bends it in none: only the mean temperature acts.
+- kappa has a kink where it vanishes. A straight cable never meets it: its energy holds kappa^2.
+  For a cable curved by nature it is rounded off below ``ROUNDING`` kappa_ref, and so is the rate
+  of kappa in the damping below the angle ``DAMPED`` per element.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from mechanics import line_elements as line
+from mechanics.description import Beam
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+ROUNDING = 0.01
+"""Curvature, relative to that of the reference, below which the kink at zero is rounded [-]."""
+DAMPED = 1e-4
+"""Turning of the axis per element below which bending is not damped [rad]."""
+
+STRAINS = 5
+STATIONS = np.concatenate([line.GAUSS2, line.GAUSS3])
+"""Where the material is evaluated, as fractions of the length."""
+
+# An element is described by three vectors X: c = (r_b - r_a)/L and r_x at both nodes.
+FORM = line.AXIAL_FORM
+POINT = np.stack([line.curvature_weights(line.GAUSS2), line.tangent_weights(line.GAUSS2)], axis=1)
+"""(2, 2, 3) weights of X in L r'' and r' at the bending points."""
+NODAL = np.array([0, 1, 0, 2], dtype=np.intp)
+"""The four vectors of coordinates r, r_x, r, r_x in terms of X."""
+
+
+class Cable:
+    """All elements of this family in a scene.
+
+    Attributes
+    ----------
+    names : name of the body of each element
+    dofs : (n_e, 12) intp
+    nodes : (n_e, 2) intp  rows of the section temperatures
+    length : (n_e,) float [m]  arc length in the reference configuration
+    damping_time : (n_e,) float [s]
+    """
+
+    def __init__(self, beams: Sequence[Beam], node_dofs, point_index):
+        self.names = [str(name) for name in line.per_element(beams, [b.name for b in beams])]
+        self._start = line.pairs([node_dofs[b.name] for b in beams]).astype(np.intp)
+        self.dofs = (self._start[:, :, None] + np.arange(6)).reshape(-1, 12)
+        self.nodes = line.pairs([point_index[b.name] for b in beams])
+        self.damping_time = line.per_element(beams, [float(b.damping_time) for b in beams])
+        self._unheated = line.per_element(beams, [float(b.reference_temperature) for b in beams])
+        self._groups = line.groups(beams)
+        self._area = line.per_element(beams, [b.section.area for b in beams])
+        self._moment = line.per_element(beams, [_second_moment(b) for b in beams])
+        self._density = line.per_element(beams, [b.material.density for b in beams])
+        reference = line.pairs([coordinates(b) for b in beams]).reshape(-1, 2, 2, 3)
+        r, r_x = reference[:, :, 0], reference[:, :, 1]
+        self.length = line.arc_lengths(r, r_x)
+        self._slack = line.membrane_slack(self._area, self._moment, self.length)
+        self._axial = line.half_square(line.tangents(r, r_x, self.length))
+        self._turning = _reference_turning(reference, self.length)
+
+    def coefficients(self, T: Array) -> Array:
+        """Stiffnesses (5), free axial strains (3), free turning (2): (n_e, 10), smooth in T."""
+        mean = line.at_fractions(T[self.nodes, 0], STATIONS)
+        E, strain = np.empty((2, *mean.shape))
+        for material, e in self._groups:
+            E[e] = material.youngs_modulus(mean[e])
+            strain[e] = material.thermal_strain(mean[e], self._unheated[e, None])
+        EA = E[:, 2:] * self._area[:, None]
+        axial = line.axial_stiffness(EA, self.length, self._slack)
+        bending = E[:, :2] * (self._moment / (2.0 * self.length))[:, None]
+        free = line.axial_coefficients(self._axial * (1.0 + strain[:, 2:]) ** 2)
+        return np.hstack([axial, bending, free, self._turning])
+
+    def force(self, q: Array, v: Array, coef: Array, out: Array) -> None:
+        """Add elastic and damping forces to ``out``."""
+        _force(q, v, coef, self._start, self.length, self.damping_time, out)
+
+    def tangent(self, q, v, coef, cK: float, cC: float, blocks: Array) -> None:
+        """Write cK df/dq + cC df/dv to ``blocks`` (n_e, 12, 12)."""
+        _tangent(q, v, coef, self._start, self.length, self.damping_time, cK, cC, blocks)
+
+    def energy(self, q: Array, coef: Array) -> float:
+        """Elastic energy [J]."""
+        strains, _ = self._strains(q, np.zeros_like(q))
+        excess = np.hstack([strains[:, :3] - coef[:, 5:8], _turning_excess(strains, coef)])
+        return 0.5 * float(np.sum(coef[:, :STRAINS] * excess**2))
+
+    def dissipation(self, q: Array, v: Array, coef: Array) -> float:
+        """Power of structural damping [W]."""
+        strains, rates = self._strains(q, v)
+        rates[:, 3:] /= np.sqrt(2.0 * strains[:, 3:] + DAMPED**2)
+        return float(np.sum(self.damping_time[:, None] * coef[:, :STRAINS] * rates**2))
+
+    def resultants(self, q: Array, v: Array, coef: Array) -> Array:
+        """Section resultants, (n_e, 6) [N, N m]: tension N in column 0, moment in column 4.
+
+        Means over the element, damping included in N. The moment is a magnitude: a cable does
+        not know its section's directions.
+        """
+        strains, rates = self._strains(q, v)
+        mean = strains[:, 0] - coef[:, 5] + self.damping_time * rates[:, 0]
+        resultants = np.zeros((len(self.names), 6))
+        resultants[:, 0] = coef[:, 0] * mean / self.length
+        resultants[:, 4] = np.abs(np.sum(coef[:, 3:5] * _turning_excess(strains, coef), axis=1))
+        return resultants
+
+    def mass_blocks(self) -> Array:
+        """(n_e, 12, 12) consistent mass of the axis; no rotary inertia."""
+        scalar = line.hermite_mass(self.length) * (self._density * self._area)[:, None, None]
+        return line.in_space(scalar)
+
+    def _strains(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Axial strains and half squares of the turning L kappa, and their rates: (n_e, 5) both."""
+        strains, rates = np.empty((2, len(self.names), STRAINS))
+        _evaluate(q, v, self._start, self.length, strains, rates)
+        return strains, rates
+
+
+def build(
+    beams: Sequence[Beam], node_dofs: Mapping[str, Indices], point_index: Mapping[str, Indices]
+) -> Cable:
+    """One term for all ``beams``.
+
+    Parameters
+    ----------
+    node_dofs : (n,) of each body  first global coordinate of each node
+    point_index : (n,) of each body  row of each node in the section temperatures
+    """
+    return Cable(beams, node_dofs, point_index)
+
+
+def coordinates(beam: Beam) -> Array:
+    """(n, 6) reference coordinates r, r_x = e1 of each node."""
+    return np.hstack([beam.points, np.asarray(beam.axes)[:, 0]])
+
+
+def _second_moment(beam: Beam) -> float:
+    I2, I3 = beam.section.second_moment_2, beam.section.second_moment_3
+    if abs(I2 - I3) > 1e-6 * I2:
+        raise ValueError(
+            f"cable {beam.name!r} bends alike in all directions; "
+            f"its second moments must be equal, got {I2:g} and {I3:g} m^4"
+        )
+    return I2
+
+
+def _reference_turning(reference: Array, length: Array) -> Array:
+    """(n_e, 2) L kappa at the bending points; what is straight to round-off counts as straight."""
+    n = len(reference)
+    start = 12 * np.arange(n)[:, None] + np.array([0, 6])
+    strains, rates = np.empty((2, n, STRAINS))
+    q = reference.ravel()
+    _evaluate(q, np.zeros_like(q), start, length, strains, rates)
+    turning = np.sqrt(2.0 * strains[:, 3:])
+    return np.where(turning > 1e-10, turning, 0.0)
+
+
+def _turning_excess(strains: Array, coef: Array) -> Array:
+    """(n_e, 2) rounded L (kappa - kappa_ref)."""
+    free = coef[:, 8:]
+    rounding = (ROUNDING * free) ** 2
+    return np.sqrt(2.0 * strains[:, 3:] + rounding) - np.sqrt(free**2 + rounding)
+
+
+@njit(cache=True)
+def _gather(q, start, e, L, X):
+    a, b = start[e, 0], start[e, 1]
+    for i in range(3):
+        X[0, i] = (q[b + i] - q[a + i]) / L
+        X[1, i] = q[a + 3 + i]
+        X[2, i] = q[b + 3 + i]
+
+
+@njit(cache=True)
+def _axial(X, B):
+    """Gradients (3, 3, 3) of the axial strains, linear in X."""
+    B[:3] = 0.0
+    for k in range(3):
+        for i in range(3):
+            for j in range(3):
+                for x in range(3):
+                    B[k, i, x] += FORM[k, i, j] * X[j, x]
+
+
+@njit(cache=True)
+def _point(X, g, Y):
+    """u = L r'' and t = r' at bending point g; returns t.t, u.t/t.t and |u - (u.t/t.t) t|^2."""
+    Y[:] = 0.0
+    for k in range(2):
+        for j in range(3):
+            for x in range(3):
+                Y[k, x] += POINT[g, k, j] * X[j, x]
+    u, t = Y[0], Y[1]
+    tt = t[0] * t[0] + t[1] * t[1] + t[2] * t[2]
+    s = (u[0] * t[0] + u[1] * t[1] + u[2] * t[2]) / tt
+    square = 0.0
+    for x in range(3):
+        square += (u[x] - s * t[x]) ** 2
+    return tt, s, square
+
+
+@njit(cache=True)
+def _strains(X, Y, eps, B):
+    """Strains (5,), the last two half (L kappa)^2, and their gradients (5, 3, 3)."""
+    _axial(X, B)
+    for k in range(3):
+        eps[k] = 0.0
+        for j in range(3):
+            for x in range(3):
+                eps[k] += 0.5 * B[k, j, x] * X[j, x]
+    for g in range(2):
+        tt, s, square = _point(X, g, Y)
+        eps[3 + g] = 0.5 * square / tt
+        for x in range(3):
+            p = Y[0, x] - s * Y[1, x]
+            gu, gt = p / tt, -(square / tt * Y[1, x] + s * p) / tt
+            for j in range(3):
+                B[3 + g, j, x] = POINT[g, 0, j] * gu + POINT[g, 1, j] * gt
+
+
+@njit(cache=True)
+def _rates(B, V, rate):
+    for k in range(STRAINS):
+        rate[k] = 0.0
+        for j in range(3):
+            for x in range(3):
+                rate[k] += B[k, j, x] * V[j, x]
+
+
+@njit(cache=True)
+def _evaluate(q, v, start, length, strains, rates):
+    X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
+    for e in range(length.size):
+        _gather(q, start, e, length[e], X)
+        _gather(v, start, e, length[e], V)
+        _strains(X, Y, strains[e], B)
+        _rates(B, V, rates[e])
+
+
+@njit(cache=True)
+def _stress(c, tau, eps, rate, S, slope, viscous):
+    """Stresses S (5,) and their derivatives with respect to the strains and to their rates."""
+    for k in range(3):
+        S[k] = c[k] * (eps[k] - c[5 + k] + tau * rate[k])
+        slope[k], viscous[k] = c[k], c[k] * tau
+    for k in range(3, 5):
+        free = c[5 + k]
+        S[k], slope[k] = c[k], 0.0
+        if free > 0.0:
+            rounding = (ROUNDING * free) ** 2
+            root = np.sqrt((free * free + rounding) / (2.0 * eps[k] + rounding))
+            S[k] -= c[k] * root
+            slope[k] = c[k] * root / (2.0 * eps[k] + rounding)
+        d = 2.0 * eps[k] + DAMPED**2
+        viscous[k] = c[k] * tau / d
+        S[k] += viscous[k] * rate[k]
+        slope[k] -= 2.0 * viscous[k] * rate[k] / d
+
+
+@njit(cache=True)
+def _force(q, v, coef, start, length, damping_time, out):
+    X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
+    eps, rate, S, slope, viscous = np.empty((5, STRAINS))
+    for e in range(length.size):
+        _gather(q, start, e, length[e], X)
+        _gather(v, start, e, length[e], V)
+        _strains(X, Y, eps, B)
+        _rates(B, V, rate)
+        _stress(coef[e], damping_time[e], eps, rate, S, slope, viscous)
+        a, b = start[e, 0], start[e, 1]
+        for k in range(STRAINS):
+            for x in range(3):
+                out[a + x] -= S[k] * B[k, 0, x] / length[e]
+                out[b + x] += S[k] * B[k, 0, x] / length[e]
+                out[a + 3 + x] += S[k] * B[k, 1, x]
+                out[b + 3 + x] += S[k] * B[k, 2, x]
+
+
+@njit(cache=True)
+def _hessian(Y, tt, s, square, H):
+    """Second derivatives (2, 3, 2, 3) of half (L kappa)^2 in u and t."""
+    for i in range(3):
+        for j in range(3):
+            one = 1.0 if i == j else 0.0
+            ti, tj = Y[1, i], Y[1, j]
+            pi, pj = Y[0, i] - s * ti, Y[0, j] - s * tj
+            H[0, i, 0, j] = (one - ti * tj / tt) / tt
+            ut = (s * ti * tj - 2.0 * pi * tj - ti * pj) / tt - s * one
+            H[0, i, 1, j] = H[1, j, 0, i] = ut / tt
+            tt_ij = (4.0 * square / tt - s * s) * ti * tj - pi * pj
+            tt_ij += 3.0 * s * (pi * tj + ti * pj) + (s * s * tt - square) * one
+            H[1, i, 1, j] = tt_ij / (tt * tt)
+
+
+@njit(cache=True)
+def _second(X, Y, H, D):
+    """Second derivatives (5, 9, 9) of the strains."""
+    for k in range(3):
+        for a in range(9):
+            for b in range(9):
+                D[k, a, b] = FORM[k, a // 3, b // 3] if a % 3 == b % 3 else 0.0
+    D[3:] = 0.0
+    for g in range(2):
+        tt, s, square = _point(X, g, Y)
+        _hessian(Y, tt, s, square, H)
+        for a in range(9):
+            for b in range(9):
+                for k in range(2):
+                    for m in range(2):
+                        w = POINT[g, k, a // 3] * POINT[g, m, b // 3]
+                        D[3 + g, a, b] += w * H[k, a % 3, m, b % 3]
+
+
+@njit(cache=True)
+def _tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
+    X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
+    eps, rate, S, slope, viscous = np.empty((5, STRAINS))
+    H, D, K = np.empty((2, 3, 2, 3)), np.empty((STRAINS, 9, 9)), np.empty((9, 9))
+    for e in range(length.size):
+        L = length[e]
+        _gather(q, start, e, L, X)
+        _gather(v, start, e, L, V)
+        _strains(X, Y, eps, B)
+        _rates(B, V, rate)
+        _stress(coef[e], damping_time[e], eps, rate, S, slope, viscous)
+        _second(X, Y, H, D)
+        K[:] = 0.0
+        for k in range(STRAINS):
+            for b in range(9):
+                turned = 0.0
+                for c in range(9):
+                    turned += D[k, b, c] * V[c // 3, c % 3]
+                w = (cK * slope[k] + cC * viscous[k]) * B[k, b // 3, b % 3]
+                w += cK * viscous[k] * turned
+                for a in range(9):
+                    K[a, b] += B[k, a // 3, a % 3] * w + cK * S[k] * D[k, a, b]
+        for i in range(12):
+            si = 1.0 if i // 3 % 2 else (-1.0 / L if i < 3 else 1.0 / L)
+            for j in range(12):
+                sj = 1.0 if j // 3 % 2 else (-1.0 / L if j < 3 else 1.0 / L)
+                k = K[3 * NODAL[i // 3] + i % 3, 3 * NODAL[j // 3] + j % 3]
+                blocks[e, i, j] = si * sj * k
