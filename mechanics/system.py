@@ -40,6 +40,7 @@ class System:
     Attributes
     ----------
     n, m : int  number of coordinates and of constraints
+    contact_mass : (n_j,) float [kg]  what meets in an impact of each clearance joint
     mass : (n, n) csr  constant mass matrix
     scale : (n,) float  size of each coordinate, for dimensionless norms
     """
@@ -54,6 +55,7 @@ class System:
         self.mass = self._mass(description)
         self.loads = _loads(description, self.layout, self.mass)
         self.scale = _scale(description, self.layout)
+        self.contact_mass = self._contact_mass()
         self._lay_pattern()
 
     # -- building ------------------------------------------------------------------------------
@@ -70,6 +72,14 @@ class System:
         entries = [np.concatenate([*part, extra]) for part, extra in
                    ((rows, at), (columns, at), (values, mass))]
         return csr_array((entries[2], (entries[0], entries[1])), shape=(self.n, self.n))
+
+    def _contact_mass(self) -> Array:
+        """(n_j,) [kg]  reduced mass of the two nodes of each clearance joint."""
+        if self.contact is None:
+            return np.zeros(0)
+        dofs = self.contact.dofs[:, [0, 9]]
+        inverse = np.where(dofs >= 0, 1.0 / self.mass.diagonal()[dofs], 0.0)
+        return 1.0 / inverse.sum(axis=1)
 
     def _lay_pattern(self) -> None:
         size = self.n + self.m

@@ -1,0 +1,328 @@
+"""A scene built: solvers, transfer, and what can be read from their states."""
+
+import importlib.metadata
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling import manager
+from coupling.descriptions import heat_description, motion_description
+from coupling.errors import BadCase, Problem
+from coupling.manager import Coupled, Pair
+from coupling.motion_tables import ClearanceRevolute, LineBody
+from coupling.places import node_of
+from coupling.plan import plan
+from coupling.scene import Scene
+from coupling.transfer import transfer
+from mechanics.description import Beam
+from mechanics.dynamics import Control
+from mechanics.hht import Scheme
+from mechanics.layout import BEAM, Layout
+from mechanics.ledger import TERMS
+from mechanics.solver import Mechanics
+
+Array = NDArray[np.float64]
+
+SMALLEST_STEP = 1e-9
+"""Smallest mechanical step, in windows, where the case names none [-]."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything that a run needs and that does not change while it runs."""
+
+    scene: Scene
+    pair: Pair
+    plan: str
+
+    def __str__(self) -> str:
+        return self.plan
+
+    # -- time ----------------------------------------------------------------------------------
+
+    @property
+    def scheme(self) -> str:
+        """Name in ``coupling.manager.SCHEMES``."""
+        return "isothermal" if self.scene.thermal is None else self.scene.coupling.scheme
+
+    @property
+    def window(self) -> float:
+        """Coupling window [s]."""
+        return self.scene.time.window
+
+    @property
+    def windows(self) -> int:
+        return self.scene.time.windows
+
+    @property
+    def end(self) -> float:
+        """End of the run [s]."""
+        return self.scene.time.end
+
+    @property
+    def smallest_window(self) -> float:
+        return self.scene.coupling.smallest_window or 0.0
+
+    @property
+    def frames(self) -> int:
+        return self.scene.output.frames
+
+    @property
+    def motion_solver(self) -> Mechanics:
+        solver = self.pair.motion_solver
+        assert isinstance(solver, Mechanics)
+        return solver
+
+    @property
+    def layout(self) -> Layout:
+        return self.motion_solver.system.layout
+
+    # -- states --------------------------------------------------------------------------------
+
+    def initial(self) -> Coupled:
+        """State at t = 0."""
+        return manager.initial(self.pair)
+
+    def sections(self, state: Coupled) -> Array:
+        """Section temperatures (m, 3) [K, K/m, K/m]."""
+        return self.pair.transfer.read(state.T)
+
+    def ledger(self, state: Coupled) -> dict[str, float]:
+        """Energies and works so far [J], mechanical and thermal."""
+        row = dict(zip(TERMS, map(float, state.motion.ledger), strict=True))
+        solver = self.pair.heat_solver
+        if solver is not None:
+            stored = solver.energy(state.T) - solver.energy(solver.initial())
+            row |= {"heat_stored": stored, "heat_exchanged": state.deposited}
+            row |= {f"heat_{name}": value for name, value in state.flows.items()}
+            row["heat_defect"] = stored - state.deposited - sum(state.flows.values())
+        return row
+
+    def probes(self, state: Coupled) -> dict[str, dict[str, Any]]:
+        """Position, velocity and temperature at each probe."""
+        motion, T = state.motion.motion, self.sections(state)
+        rows: dict[str, dict[str, Any]] = {}
+        for name, probe in self.scene.probe.items():
+            node = node_of(self.scene.points[probe.body], probe.at)
+            r = self.layout.node_dofs[probe.body][node] + np.arange(3)
+            rows[name] = {"time": motion.t, "position": motion.q[r], "velocity": motion.v[r]}
+            if probe.body in self.layout.point_index:
+                rows[name]["temperature"] = T[self.layout.point_index[probe.body][node], 0]
+        return rows
+
+    def bodies(self, state: Coupled) -> dict[str, dict[str, Array]]:
+        """Shape, section temperatures and resultants of each body."""
+        motion, T = state.motion.motion, self.sections(state)
+        rows: dict[str, dict[str, Array]] = {}
+        resultants = self._resultants(state, T)
+        for name, first in self.layout.node_dofs.items():
+            kind = self.layout.kinds[name]
+            vectors = motion.q[first[:, None] + np.arange(kind)].reshape(len(first), -1, 3)
+            rows[name] = {"position": vectors[:, 0], "axes": _triads(vectors, kind)}
+            if name in self.layout.point_index:
+                rows[name]["temperature"] = T[self.layout.point_index[name]]
+                rows[name]["resultants"] = resultants[name]
+        return rows
+
+    def _resultants(self, state: Coupled, T: Array) -> dict[str, Array]:
+        system = self.motion_solver.system
+        coef, m = system.coefficients(T), state.motion.motion
+        found = {}
+        for term, c in zip(system.elements, coef, strict=False):
+            values, names = term.resultants(m.q, m.v, c), np.array(term.names)
+            found |= {name: values[names == name] for name in dict.fromkeys(term.names)}
+        return found
+
+    def body_attributes(self) -> dict[str, dict[str, Any]]:
+        """Sections of the bodies, for drawing and stress."""
+        keys = ("radius", "thickness", "height", "width", "area", "second_moment_2",
+                "second_moment_3", "torsion_constant")  # fmt: skip
+        rows: dict[str, dict[str, Any]] = {}
+        for name, body in self.layout.bodies.items():
+            if isinstance(body, Beam):
+                section = {key: getattr(body.section, key) for key in keys}
+                rows[name] = {"section_kind": body.section.kind, "element": body.element, **section}
+            else:
+                rows[name] = {"section_kind": "point", "element": "particle", "mass": body.mass}
+        return rows
+
+    # -- clearance joints ----------------------------------------------------------------------
+
+    def joint_names(self) -> list[str]:
+        """Clearance joints, in the order of their histories."""
+        contact = self.motion_solver.system.contact
+        return [] if contact is None else list(contact.names)
+
+    def joint_attributes(self) -> dict[str, dict[str, Any]]:
+        """Geometry of the clearance joints."""
+        return {
+            name: {"radius": joint.radius, "reference_clearance": joint.clearance,
+                   "axis": np.array(joint.axis), **self._journal(joint)}
+            for name, joint in self.scene.joint.items()
+            if isinstance(joint, ClearanceRevolute)
+        }  # fmt: skip
+
+    def _journal(self, joint: ClearanceRevolute) -> dict[str, Any]:
+        if joint.journal.body == "ground":
+            return {}
+        node = node_of(self.scene.points[joint.journal.body], joint.journal.at)
+        return {"journal_body": joint.journal.body, "journal_node": node}
+
+    def driven_rows(self) -> NDArray[np.intp]:
+        """Constraint row that drives each clearance joint; -1 where none does."""
+        rows = self.motion_solver.system.constraints
+        driven = {rows.names[i]: i for i in np.flatnonzero(rows.driven)}
+        return np.array([driven.get(name, -1) for name in self.joint_names()], np.intp)
+
+    def joint_temperatures(self, before: Coupled, after: Coupled, times: Array) -> Array:
+        """(k, n_j, 2) [K] of journal and bearing at times within a window."""
+        points = self.motion_solver.system.contact.points
+        t0, t1 = before.motion.motion.t, after.motion.motion.t
+        s = ((times - t0) / (t1 - t0))[:, None, None]
+        T0, T1 = self.sections(before)[points, 0], self.sections(after)[points, 0]
+        return (1.0 - s) * T0 + s * T1
+
+    def joint_rows(
+        self, joint: int, times: Array, response: Array, approach: Array, torque: Array,
+        temperatures: Array,
+    ) -> Mapping[str, Array]:
+        """Columns of the history of one clearance joint.
+
+        Parameters
+        ----------
+        response : (k, columns) of the joint; approach, torque : (k,); temperatures : (k, 2)
+        """
+        contact = self.motion_solver.system.contact
+        column = {name: response[:, i] for i, name in enumerate(contact.columns)}
+        table = self.scene.joint[self.joint_names()[joint]]
+        angle = table.angle or (lambda t: 0.0)
+        return {
+            "time": times,
+            "orbit": response[:, :2],
+            "clearance": column["clearance"],
+            "penetration": column["penetration"],
+            "normal_force": column["elastic_force"] + column["dissipative_force"],
+            "friction_force": column["friction_force"],
+            "slip_speed": column["slip_speed"],
+            "angle": np.array([angle(t) for t in times]),
+            "torque": torque,
+            "regime": self._regimes(joint, response, approach),
+            "temperature_journal": temperatures[:, 0],
+            "temperature_bearing": temperatures[:, 1],
+        }
+
+    def _regimes(self, joint: int, response: Array, approach: Array) -> NDArray[np.int8]:
+        from mechanics.contact import classify
+
+        columns = self.motion_solver.system.contact.columns
+        depth, rate, slip = (
+            response[:, columns.index(c)] for c in ("penetration", "rate", "slip_speed")
+        )
+        friction = self.scene.joint[self.joint_names()[joint]].friction
+        speed = 0.0 if friction is None else friction.regularisation_speed
+        return classify(depth, rate, approach, slip, speed)
+
+    # -- for people ----------------------------------------------------------------------------
+
+    def progress_text(self, window: Any) -> str:
+        """What a person wants to know of a window: steps, corrections, contact, balance."""
+        motion = window.state.motion
+        accepted, refused, corrections = motion.counts
+        parts = [f"step {self._rung(motion):.2g} s",
+                 f"{corrections / max(accepted, 1):.1f} Newton/step",
+                 f"{refused} refused"]  # fmt: skip
+        if len(motion.motion.approach):
+            parts.append(f"{np.count_nonzero(motion.motion.approach)} in contact")
+        if len(window.state.T):
+            parts.append(f"{window.state.T.min():.0f}…{window.state.T.max():.0f} K")
+        parts.append(f"energy defect {motion.ledger[-1]:.1e} J")
+        return ", ".join(parts)
+
+    def _rung(self, motion: Any) -> float:
+        return self.motion_solver.control.largest_step / 2**motion.rung
+
+    def meta(self, scene: Scene) -> dict[str, Any]:
+        """Root attributes of the results."""
+        return {"title": scene.title, "scene": scene.text, "plan": self.plan,
+                "versions": _versions()}  # fmt: skip
+
+
+def build(scene: Scene) -> Model:
+    """Build the solvers of a scene. Raises BadCase with what they refuse."""
+    problems: list[Problem] = []
+    motion_solver = _tried(problems, lambda: Mechanics(motion_description(scene), _control(scene)))
+    heat_solver = None
+    if scene.thermal is not None:
+        heat_solver = _tried(problems, lambda: _heat(scene))
+    if problems:
+        raise BadCase(str(scene.folder), problems)
+    pair = Pair(heat_solver, motion_solver, _transfer(scene, motion_solver, heat_solver))
+    return Model(scene, pair, plan(scene, motion_solver.system, heat_solver))
+
+
+def _tried(problems: list[Problem], make: Any) -> Any:
+    """What ``make`` makes, or its complaints line by line among the problems."""
+    try:
+        return make()
+    except ValueError as error:
+        problems += [Problem("", line) for line in str(error).splitlines()]
+        return None
+
+
+def _heat(scene: Scene) -> Any:
+    from thermal.solvers import build as build_heat
+
+    assert scene.thermal is not None
+    return build_heat(scene.thermal.solver, heat_description(scene))
+
+
+def _control(scene: Scene) -> Control:
+    i, window = scene.integrator, scene.time.window
+    return Control(
+        i.tolerance, i.largest_step or window, i.smallest_step or SMALLEST_STEP * window,
+        Scheme(i.alpha, i.newton_tolerance),
+    )  # fmt: skip
+
+
+def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manager.Transfer:
+    rest = np.zeros(len(motion_solver.x))
+    for name, rows in motion_solver.regions.items():
+        owner = scene.body.get(name) or scene.joint[name.split(".")[0]]
+        rest[rows] = owner.reference_temperature
+    x, regions = (np.zeros((0, 3)), {}) if heat_solver is None else \
+        (heat_solver.x, heat_solver.regions)
+    return transfer(
+        x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest
+    )
+
+
+def _triads(vectors: Array, kind: int) -> Array:
+    """(n, 3, 3) orthonormal section triads of nodes from their vectors r, r_x, r_y, r_z."""
+    if kind == BEAM:
+        e2 = _unit(vectors[:, 2])
+        e1 = _unit(np.cross(e2, vectors[:, 3]))
+        return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+    if vectors.shape[1] == 1:
+        return np.tile(np.eye(3), (len(vectors), 1, 1))
+    from meshes.generate import frames
+
+    return frames(vectors[:, 0])
+
+
+def _unit(a: Array) -> Array:
+    return a / np.linalg.norm(a, axis=-1, keepdims=True)
+
+
+def _versions() -> dict[str, str]:
+    names = ("thermobody", "numpy", "scipy", "numba", "scikit-fem", "h5py")
+    found = {"python": platform.python_version()}
+    for name in names:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found

@@ -1,0 +1,110 @@
+"""The plan: what will run, and what was left out and why."""
+
+from coupling.motion_tables import ClearanceRevolute, LineBody
+from coupling.scene import Scene
+
+ABSENT = {
+    "flux": "fluxes: no [thermal.flux]",
+    "radiation": "radiation: no [thermal.radiation]",
+    "wall": "prescribed walls: no [thermal.wall]",
+    "source": "heat sources: no [thermal.source]",
+}
+
+
+def plan(scene: Scene, system, heat_solver) -> str:
+    """Text of the plan.
+
+    Parameters
+    ----------
+    system : mechanics.system.System
+    heat_solver : ThermalSolver or None
+    """
+    runs = [*_heat_runs(scene, heat_solver), *_motion_runs(scene, system), *_coupling_runs(scene)]
+    width = max(len(name) for name, _ in runs)
+    lines = [f"{scene.title}", ""] if scene.title else []
+    for i, (name, text) in enumerate(runs):
+        lines.append(f"{'runs' if i == 0 else '':10}{name:{width}}  {text}")
+    for i, text in enumerate(_left_out(scene, system)):
+        lines.append(f"{'left out' if i == 0 else '':10}{text}")
+    return "\n".join(lines) + "\n"
+
+
+def _heat_runs(scene: Scene, solver) -> list[tuple[str, str]]:
+    table = scene.thermal
+    if table is None:
+        return []
+    conditions = [f"{len(getattr(table, k))} × {k}" for k in
+                  ("wall", "flux", "radiation", "fixed", "source", "part", "link") if getattr(table, k)]
+    what = f"{len(solver.x)} temperatures, {table.wall_points} around a tube"
+    return [(f"thermal.{table.solver}", ", ".join([what, *conditions]))]
+
+
+def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
+    runs = []
+    for term in system.elements:
+        family = type(term).__module__.split(".")[-1]
+        damping = any(isinstance(b, LineBody) and b.damping > 0 for b in scene.body.values())
+        text = f"{len(term.dofs)} elements" + (", Kelvin–Voigt damping" if damping else "")
+        runs.append((f"mechanics.{family}", text))
+    runs.append(("mechanics.joints", f"{system.m} constraints on {system.n} coordinates"
+                 + _driven(system)))
+    if system.contact is not None:
+        loose = [j for j in scene.joint.values() if isinstance(j, ClearanceRevolute)]
+        rough = sum(j.friction is not None for j in loose)
+        text = f"{len(loose)} × planar revolute clearance" + (f", {rough} with friction" if rough else "")
+        runs.append(("mechanics.clearance", text))
+    if scene.load or scene.gravity:
+        runs.append(("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else "")))
+    runs.append(("mechanics.hht", _integration(scene)))
+    return runs
+
+
+def _driven(system) -> str:
+    count = int(system.constraints.driven.sum())
+    return f", {count} driven" if count else ""
+
+
+def _integration(scene: Scene) -> str:
+    i = scene.integrator
+    largest = i.largest_step or scene.time.window
+    return f"alpha = {i.alpha:g}, steps up to {largest:g} s, local error {i.tolerance:g}"
+
+
+def _coupling_runs(scene: Scene) -> list[tuple[str, str]]:
+    windows = f"{scene.time.windows} windows of {scene.time.window:g} s"
+    if scene.thermal is None:
+        return [("coupling.isothermal", windows)]
+    exchange = {"serial": "heat, then motion", "corrected": "heat, motion, heat again"}
+    scheme = scene.coupling.scheme
+    return [(f"coupling.{scheme}", f"{windows}: {exchange[scheme]}")]
+
+
+def _left_out(scene: Scene, system) -> list[str]:
+    found = []
+    if scene.thermal is None:
+        found.append("heat: the scene has no [thermal]")
+    else:
+        found += [text for key, text in ABSENT.items() if not getattr(scene.thermal, key)]
+        found += _undelivered(scene)
+    if system.contact is None:
+        found.append("contact: no joint has clearance")
+    if not scene.load:
+        found.append("loads: no [load]")
+    if scene.gravity is None:
+        found.append("gravity: no [gravity]")
+    if not any(isinstance(b, LineBody) and b.damping > 0 for b in scene.body.values()):
+        found.append("structural damping: no body has any")
+    return [*found, "mass matrix refill: density is constant"]
+
+
+def _undelivered(scene: Scene) -> list[str]:
+    """Joints whose frictional heat nothing takes."""
+    assert scene.thermal is not None
+    taken = {part.of for part in scene.thermal.part.values()}
+    sides = [
+        f"{name}.{side}"
+        for name, joint in scene.joint.items()
+        if isinstance(joint, ClearanceRevolute) and joint.friction is not None
+        for side in ("journal", "bearing")
+    ]
+    return [f"frictional heat of {s}: no [thermal.part] is of it" for s in sides if s not in taken]
