@@ -20,7 +20,7 @@ from mechanics import contact
 from mechanics.description import ClearanceRevolute, Friction
 from mechanics.joints import direction, normal_to, origin, unit, unit_direction
 from mechanics.layout import CABLE, FIXED, PARTICLE, Layout, Side
-from mechanics.relative import DIRECTION, OFFSET, Terms, bend, evaluate
+from mechanics.relative import DIRECTION, OFFSET, Terms, evaluate
 from meshes.materials import Material
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ bearing with their rates, clearance c, penetration δ [m] and its rate [m/s], el
 dissipative part of the normal force, friction on the journal along τ [N], slip speed [m/s]."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _respond(z, Z, v, dofs, coef, approach, response, parts, Y):
     """Response, forces (n, 3, 3) on (y1, y2, θ): elastic, dissipative, friction; Y = ∂y/∂q."""
     for j in range(dofs.shape[0]):
@@ -75,7 +75,7 @@ def _respond(z, Z, v, dofs, coef, approach, response, parts, Y):
         f[2, 0], f[2, 1], f[2, 2] = -r[11] * n2, r[11] * n1, r[11] * R
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _law(r, coef, approach, fy, fv):
     """Derivatives (3, 3) of F (n, 0) + F S τ by (y1, y2, θ) and by their rates, in contact."""
     fy[:] = 0.0
@@ -105,7 +105,7 @@ def _law(r, coef, approach, fy, fv):
             fy[1 - k, i] += S * turn * (1.0 if k == 0 else -1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _bend_angle(c, s, Zc, Zs, Hc, Hs):
     """Overwrite Hc with ∂²θ/∂q² for θ = atan2(s, c)."""
     size = c**2 + s**2 if c != 0.0 or s != 0.0 else 1.0
@@ -116,7 +116,7 @@ def _bend_angle(c, s, Zc, Zs, Hc, Hs):
             Hc[i, j] += a * (Zc[i] * Zc[j] - Zs[i] * Zs[j]) + b * (Zc[i] * Zs[j] + Zs[i] * Zc[j])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _tangent(z, Z, H, v, dofs, coef, approach, response, parts, Y, cK, cC, blocks):
     """blocks = cK ∂f/∂q + cC ∂f/∂v of the resisting force f = Yᵀ(F (n, 0) + F S τ)."""
     fy, fv, B, C = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 18)), np.empty((3, 18))
@@ -194,10 +194,7 @@ class Clearance:
         """
         z, Z = self._evaluate(q)
         kept = self._contact(z, Z, v, coef, approach)
-        bends = np.zeros((4 * len(self.dofs), 18, 18))
-        if kept[0][:, 9].any():
-            bend(*self.terms, q, bends)
-        H = bends.reshape(-1, 4, 18, 18)
+        H = self._bends(q, touching=kept[0][:, 9] > 0.0)
         _tangent(z, Z, H, v, self.dofs, coef, approach, *kept, cK, cC, blocks)
 
     def energy(self, q: Array, coef: Array) -> float:
@@ -238,8 +235,18 @@ class Clearance:
     def _evaluate(self, q: Array) -> tuple[Array, Array]:
         n = len(self.dofs)
         z, Z = np.zeros(4 * n), np.zeros((4 * n, 18))
-        evaluate(*self.terms, q, z, Z)
+        evaluate(*self.terms, q, z, Z, np.empty((0, 18, 18)))
         return z.reshape(n, 4), Z.reshape(n, 4, 18)
+
+    def _bends(self, q: Array, touching: NDArray[np.bool_]) -> Array:
+        """(n_j, 4, 18, 18) second derivatives of the four terms of the joints in contact."""
+        n = 4 * len(self.dofs)
+        bends = np.zeros((n, 18, 18))
+        some = np.repeat(touching, 4)
+        if some.any():
+            terms = Terms(*(array[some] for array in self.terms))
+            evaluate(*terms, q, np.zeros(n), np.zeros((n, 18)), bends)
+        return bends.reshape(-1, 4, 18, 18)
 
     def _contact(
         self, z: Array, Z: Array, v: Array, coef: Array, approach: Array

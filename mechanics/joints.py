@@ -24,12 +24,13 @@ from mechanics.description import (
     Spherical,
 )
 from mechanics.layout import BEAM, CABLE, FIXED, PARTICLE, Layout, Side
-from mechanics.relative import DIRECTION, DISTANCE, OFFSET, Terms, bend, evaluate
+from mechanics.relative import DIRECTION, DISTANCE, OFFSET, Terms, evaluate
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _NOTHING = np.zeros(7)
+_NO_BENDS = np.empty((0, 18, 18))
 _ALIGNED = 1e-9  # sine or cosine below which two reference directions count as aligned
 _APART = 1e-6  # distance over body size above which two points do not coincide
 
@@ -103,7 +104,7 @@ class Constraints:
         blocks[:] = 0.0
         terms = self._at(t)
         weighted = terms._replace(weight=cK * terms.weight * lam[terms.row])
-        bend(*weighted, q, blocks)
+        evaluate(*weighted, q, np.zeros(len(lam)), np.zeros(self.dofs.shape), blocks)
 
     def _at(self, t: float) -> Terms:
         if not self.drives:
@@ -116,7 +117,7 @@ class Constraints:
 
     def _evaluate(self, q: Array, t: float, blocks: Array) -> Array:
         values = -self.constant
-        evaluate(*self._at(t), q, values, blocks)
+        evaluate(*self._at(t), q, values, blocks, _NO_BENDS)
         return values
 
 
@@ -132,7 +133,7 @@ def build(joints: Sequence[Joint], layout: Layout) -> Constraints:
         rows += made
     terms, first = _terms(rows)
     reference = np.zeros(len(rows))
-    evaluate(*terms, layout.q0, reference, np.zeros((len(rows), 18)))
+    evaluate(*terms, layout.q0, reference, np.zeros((len(rows), 18)), _NO_BENDS)
     return Constraints(
         names=tuple(names),
         dofs=terms.dofs[first],

@@ -40,153 +40,139 @@ class Terms(NamedTuple):
     w: NDArray[np.float64]
 
 
-@njit(cache=True)
-def _cross(x, g, G):
-    """g = p × s and its derivative G (3, 6)."""
-    G[:] = 0.0
+@njit(cache=True, error_model="numpy")
+def _cross(x, o, g, G):
+    """g = p × s and its derivative G (3, 6), where p and s begin at x[o]; returns |g|."""
+    for i in range(3):
+        for j in range(6):
+            G[i, j] = 0.0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        g[i] = x[j] * x[3 + k] - x[k] * x[3 + j]
-        G[i, j], G[i, k], G[i, 3 + k], G[i, 3 + j] = x[3 + k], -x[3 + j], x[j], -x[k]
+        g[i] = x[o + j] * x[o + 3 + k] - x[o + k] * x[o + 3 + j]
+        G[i, j] = x[o + 3 + k]
+        G[i, k] = -x[o + 3 + j]
+        G[i, 3 + k] = x[o + j]
+        G[i, 3 + j] = -x[o + k]
     return np.sqrt(g[0] ** 2 + g[1] ** 2 + g[2] ** 2)
 
 
-@njit(cache=True)
-def _direction(x, c, u, D, g, G):
-    """Direction u of one end, not yet divided by its length, and its derivative D (3, 6)."""
-    D[:] = 0.0
+@njit(cache=True, error_model="numpy")
+def _direction(x, o, c, u, D, g, G):
+    """Direction u, not yet divided by its length, and its derivative D (3, 18)."""
     for i in range(3):
-        u[i] = c[3 + i] + c[1] * x[i] + c[2] * x[3 + i]
-        D[i, i], D[i, 3 + i] = c[1], c[2]
+        u[i] = c[3 + i] + c[1] * x[o + i] + c[2] * x[o + 3 + i]
+        D[i, o + i] = c[1]
+        D[i, o + 3 + i] = c[2]
     if c[0] != 0.0:
-        s = _cross(x, g, G)
+        s = _cross(x, o, g, G)
+        f = c[0] / np.sqrt(s)
         for j in range(6):
             along = 0.5 * (g[0] * G[0, j] + g[1] * G[1, j] + g[2] * G[2, j]) / s**2
             for i in range(3):
-                D[i, j] += c[0] / np.sqrt(s) * (G[i, j] - along * g[i])
+                D[i, o + j] += f * (G[i, j] - along * g[i])
         for i in range(3):
-            u[i] += c[0] / np.sqrt(s) * g[i]
+            u[i] += f * g[i]
 
 
-@njit(cache=True)
-def _unit(u, D):
-    """Divide by the length, in place; returns the length."""
-    length = np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
+@njit(cache=True, error_model="numpy")
+def _pair(kind, x, origin, cu, cw, a, A, w, W, g, G):
+    """a and w of one term, w not yet divided by its length, and derivatives A, W (3, 18)."""
     for i in range(3):
-        u[i] /= length
-    for j in range(6):
-        along = u[0] * D[0, j] + u[1] * D[1, j] + u[2] * D[2, j]
-        for i in range(3):
-            D[i, j] = (D[i, j] - along * u[i]) / length
-    return length
-
-
-@njit(cache=True)
-def _congruence(D, C, scale, H):
-    """H += scale Dᵀ C D for C (3, 3)."""
-    for k in range(3):
-        for m in range(3):
-            if C[k, m] != 0.0:
-                for i in range(6):
-                    for j in range(6):
-                        H[i, j] += scale * C[k, m] * D[k, i] * D[m, j]
-
-
-@njit(cache=True)
-def _bend(x, c, p, scale, g, G, C, H):
-    """H += scale ∂²(p·u)/∂x² for u not divided by its length."""
-    if c[0] == 0.0:
-        return
-    s = _cross(x, g, G)
-    f, pg = c[0] / np.sqrt(s), (p[0] * g[0] + p[1] * g[1] + p[2] * g[2]) / s**2
-    for i in range(3):
-        for j in range(3):
-            C[i, j] = f * (1.25 * pg * g[i] * g[j] - 0.5 * (p[i] * g[j] + g[i] * p[j])) / s**2
-        C[i, i] -= 0.5 * f * pg
-        t = scale * f * (p[i] - 0.5 * pg * g[i])
-        j, k = (i + 1) % 3, (i + 2) % 3
-        H[j, 3 + k] += t
-        H[3 + k, j] += t
-        H[k, 3 + j] -= t
-        H[3 + j, k] -= t
-    _congruence(G, C, scale, H)
-
-
-@njit(cache=True)
-def _bend_unit(x, c, p, scale, u, D, g, G, C, H):
-    """H += scale ∂²(p·u/|u|)/∂x²; overwrites u and D."""
-    _direction(x, c, u, D, g, G)
-    length = np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
-    a = np.empty(3)
-    pu = (p[0] * u[0] + p[1] * u[1] + p[2] * u[2]) / length**2
-    for i in range(3):
-        a[i] = (p[i] - pu * u[i]) / length
-        for j in range(3):
-            C[i, j] = (3.0 * pu * u[i] * u[j] - p[i] * u[j] - u[i] * p[j]) / length**3
-        C[i, i] -= pu / length
-    _congruence(D, C, scale, H)
-    _bend(x, c, a, scale, g, G, C, H)
-
-
-@njit(cache=True)
-def _pair(kind, x, origin, cu, cw, a, A, w, W, D, g, G):
-    """a and w of one term with their derivatives A, W (3, 18)."""
-    A[:] = 0.0
-    W[:] = 0.0
+        for j in range(18):
+            A[i, j] = 0.0
+            W[i, j] = 0.0
     if kind == DIRECTION:
-        _direction(x[3:9], cu, a, D, g, G)
-        A[:, 3:9] = D
+        _direction(x, 3, cu, a, A, g, G)
     else:
         for i in range(3):
             a[i] = x[i] - x[9 + i] + origin[i]
-            A[i, i], A[i, 9 + i] = 1.0, -1.0
+            A[i, i] = 1.0
+            A[i, 9 + i] = -1.0
     if kind == DISTANCE:
         for i in range(3):
             w[i] = a[i] / (2.0 * cw[3])
-            W[i, i], W[i, 9 + i] = 1.0 / (2.0 * cw[3]), -1.0 / (2.0 * cw[3])
+            W[i, i] = 1.0 / (2.0 * cw[3])
+            W[i, 9 + i] = -W[i, i]
     else:
-        _direction(x[12:18], cw, w, D, g, G)
-        if cw[6] != 0.0:
-            _unit(w, D)
-        W[:, 12:18] = D
+        _direction(x, 12, cw, w, W, g, G)
 
 
-@njit(cache=True)
-def evaluate(kind, row, weight, dofs, origin, u, w, q, values, blocks):
-    """Add values (rows,) and gradients (rows, 18) of all terms.
+@njit(cache=True, error_model="numpy")
+def _bend(x, o, c, p, weight, g, G, H):
+    """H += weight ∂²(p·u)/∂x² for a direction u not divided by its length."""
+    if c[0] == 0.0:
+        return
+    s = _cross(x, o, g, G)
+    f, along = weight * c[0] / np.sqrt(s), (p[0] * g[0] + p[1] * g[1] + p[2] * g[2]) / s**2
+    for i in range(6):
+        gi = (g[0] * G[0, i] + g[1] * G[1, i] + g[2] * G[2, i]) / s**2
+        pi = p[0] * G[0, i] + p[1] * G[1, i] + p[2] * G[2, i]
+        for j in range(6):
+            gj = g[0] * G[0, j] + g[1] * G[1, j] + g[2] * G[2, j]
+            pj = p[0] * G[0, j] + p[1] * G[1, j] + p[2] * G[2, j]
+            both = G[0, i] * G[0, j] + G[1, i] * G[1, j] + G[2, i] * G[2, j]
+            mixed = 2.5 * along * gi * gj - pi * gj / s**2 - gi * pj
+            H[o + i, o + j] += 0.5 * f * (mixed - along * both)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        t = f * (p[i] - 0.5 * along * g[i])
+        H[o + j, o + 3 + k] += t
+        H[o + 3 + k, o + j] += t
+        H[o + k, o + 3 + j] -= t
+        H[o + 3 + j, o + k] -= t
 
-    A first end never divides by its length; only w does.
-    """
-    x, a, b, g = np.empty(18), np.empty(3), np.empty(3), np.empty(3)
-    A, B, D, G = np.empty((3, 18)), np.empty((3, 18)), np.empty((3, 6)), np.empty((3, 6))
-    for e in range(kind.size):
-        for i in range(18):
-            x[i] = q[dofs[e, i]] if dofs[e, i] >= 0 else 0.0
-        _pair(kind[e], x, origin[e], u[e], w[e], a, A, b, B, D, g, G)
+
+@njit(cache=True, error_model="numpy")
+def _bend_unit(a, w, W, length, weight, H):
+    """H += weight Wᵀ C W, C = ∂²(a·u/|u|)/∂u² at u = |u| w; then W becomes that of u/|u|."""
+    along = a[0] * w[0] + a[1] * w[1] + a[2] * w[2]
+    f = weight / length**2
+    for i in range(12, 18):
+        wi = w[0] * W[0, i] + w[1] * W[1, i] + w[2] * W[2, i]
+        ai = a[0] * W[0, i] + a[1] * W[1, i] + a[2] * W[2, i]
+        for j in range(12, 18):
+            wj = w[0] * W[0, j] + w[1] * W[1, j] + w[2] * W[2, j]
+            aj = a[0] * W[0, j] + a[1] * W[1, j] + a[2] * W[2, j]
+            both = W[0, i] * W[0, j] + W[1, i] * W[1, j] + W[2, i] * W[2, j]
+            H[i, j] += f * (along * (3.0 * wi * wj - both) - ai * wj - wi * aj)
+    for i in range(12, 18):
+        wi = w[0] * W[0, i] + w[1] * W[1, i] + w[2] * W[2, i]
         for k in range(3):
-            values[row[e]] += weight[e] * a[k] * b[k]
-            for i in range(18):
-                blocks[row[e], i] += weight[e] * (A[k, i] * b[k] + B[k, i] * a[k])
+            W[k, i] = (W[k, i] - wi * w[k]) / length
 
 
-@njit(cache=True)
-def bend(kind, row, weight, dofs, origin, u, w, q, blocks):
-    """Add second derivatives (rows, 18, 18) of all terms."""
-    x, a, b, g = np.empty(18), np.empty(3), np.empty(3), np.empty(3)
-    A, B, D, G = np.empty((3, 18)), np.empty((3, 18)), np.empty((3, 6)), np.empty((3, 6))
-    C, d = np.empty((3, 3)), np.empty(3)
+@njit(cache=True, error_model="numpy")
+def evaluate(kind, row, weight, dofs, origin, u, w, q, values, gradients, bends):
+    """Add values (rows,), gradients (rows, 18) and second derivatives (rows, 18, 18).
+
+    Without rows in ``bends`` there are no second derivatives. Only w is divided by its length.
+    """
+    x, a, b, p, g = np.empty(18), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    A, B, G = np.empty((3, 18)), np.empty((3, 18)), np.empty((3, 6))
     for e in range(kind.size):
+        f, r, length, along = weight[e], row[e], 1.0, 0.0
         for i in range(18):
             x[i] = q[dofs[e, i]] if dofs[e, i] >= 0 else 0.0
-        _pair(kind[e], x, origin[e], u[e], w[e], a, A, b, B, D, g, G)
-        H = blocks[row[e]]
+        _pair(kind[e], x, origin[e], u[e], w[e], a, A, b, B, g, G)
+        if kind[e] != DISTANCE and w[e, 6] != 0.0:
+            length = np.sqrt(b[0] ** 2 + b[1] ** 2 + b[2] ** 2)
+            along = (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / length
+        for k in range(3):
+            b[k] /= length
+            p[k] = (a[k] - along * b[k]) / length  # derivative by the w that was
+            values[r] += f * a[k] * b[k]
+            for i in range(18):
+                gradients[r, i] += f * (A[k, i] * b[k] + B[k, i] * p[k])
+        if bends.shape[0] == 0:
+            continue
+        H = bends[r]
+        if kind[e] == DIRECTION:
+            _bend(x, 3, u[e], b, f, g, G, H)
+        if kind[e] != DISTANCE:
+            _bend(x, 12, w[e], p, f, g, G, H)
+            if w[e, 6] != 0.0:
+                _bend_unit(a, b, B, length, f, H)
         for k in range(3):
             for i in range(18):
                 for j in range(18):
-                    H[i, j] += weight[e] * (A[k, i] * B[k, j] + B[k, i] * A[k, j])
-        if kind[e] == DIRECTION:
-            _bend(x[3:9], u[e], b, weight[e], g, G, C, H[3:9, 3:9])
-        if kind[e] != DISTANCE and w[e, 6] != 0.0:
-            _bend_unit(x[12:18], w[e], a, weight[e], d, D, g, G, C, H[12:18, 12:18])
-        elif kind[e] != DISTANCE:
-            _bend(x[12:18], w[e], a, weight[e], g, G, C, H[12:18, 12:18])
+                    H[i, j] += f * (A[k, i] * B[k, j] + B[k, i] * A[k, j])
