@@ -39,7 +39,7 @@ def discretise(members: Sequence[Member]) -> dict[str, Line]:
     vertices, elements, last = _chain(members)
     mesh = MeshLine(vertices[None, :], elements)
     basis = Basis(mesh, ElementLineP1(), intorder=3)
-    shape = np.stack([np.broadcast_to(b[0].value, basis.dx.shape) for b in basis.basis])
+    shape = np.stack([np.broadcast_to(b[0], basis.dx.shape) for b in basis.basis])
     stiffness = basis.dx * np.asarray(basis.basis[1][0].grad[0]) ** 2
     at_stations = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
     trapezoids = Basis(mesh, ElementLineP1(), quadrature=at_stations)

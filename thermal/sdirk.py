@@ -105,7 +105,7 @@ def advance(
     source : (n,) float [W]  constant over the interval
     tolerance : float [K]  of the estimated error of a step
     """
-    point = _evaluate(system, T, t, source)
+    point = _start(system, T, t, source)
     flows, reactions = np.zeros_like(point.flows), np.zeros_like(T)
     why = _fault(system, point, t)
     done, size = 0.0, h
@@ -179,9 +179,7 @@ def _stage(
     solve: Solve | None,
 ) -> _Stage:
     """Solve E(T) = base + tau F(T, t) by Newton's method; the tangent is kept while it serves."""
-    T = guess.copy()
-    nodes, values = system.given_at(t)
-    T[nodes] = values
+    T = _imposed(system, guess, t)
     previous, contraction, worst = inf, 0.0, 0
     for _ in range(ITERATIONS):
         point = _evaluate(system, T, t, source)
@@ -191,7 +189,7 @@ def _stage(
         if solve is None or contraction > REFRESH:
             solve = system.factorise(T, tau)
         change = solve(residual)
-        size = float(np.abs(change).max(initial=0.0) / np.abs(T).max())
+        size = float(np.abs(change).max(initial=0.0) / max(1.0, np.abs(T).max()))
         if size <= ROUND_OFF or 0.1 * previous < size <= FLOOR:
             return _Stage(point, solve, _fault(system, point, t))
         worst = int(np.abs(change).argmax())
@@ -200,6 +198,18 @@ def _stage(
         contraction, previous = size / previous, size
     owner = system.owner(int(system.free[worst])) if len(system.free) else "a boundary"
     return _Stage(point, None, f"t = {t:g} s: the heat balance of {owner} did not converge")
+
+
+def _start(system: System, T: Array, t: float, source: Array) -> _Point:
+    """The heat stored in ``T``, but powers with the given temperatures of ``t`` in their place."""
+    return _evaluate(system, _imposed(system, T, t), t, source)._replace(heat=system.heat(T))
+
+
+def _imposed(system: System, T: Array, t: float) -> Array:
+    T = T.copy()
+    nodes, values = system.given_at(t)
+    T[nodes] = values
+    return T
 
 
 def _evaluate(system: System, T: Array, t: float, source: Array) -> _Point:

@@ -75,7 +75,7 @@ def integrate(
     network: Network, T: Array, t: float, h: float, source: Array, tolerance: float
 ) -> Result:
     """Temperatures at ``t + h``; ``source`` (n,) [W] is constant, ``tolerance`` in K per step."""
-    state = _state(network, T, t, source)
+    state = _state(network, network.impose(T, t), t, source)._replace(heat=network.heat(T))
     flows, reactions = np.zeros_like(state.flows), np.zeros_like(T)
     why = _problem(network, state.T, t)
     level, position = 0, 0  # position counts steps of h / 2**level
@@ -136,7 +136,7 @@ def _solve(
         if not np.isfinite(residual).all():
             break
         change = np.atleast_1d(spsolve(network.jacobian(T, tau), residual))
-        size = np.abs(change).max() / np.abs(T).max()
+        size = np.abs(change).max() / max(1.0, np.abs(T).max())
         if size < 4e-16 or 0.1 * last < size < 1e-10:
             return state, _problem(network, T, t)
         T = T.copy()
