@@ -162,20 +162,25 @@ def turned(body, matrix, centre):
     return q
 
 
-@pytest.mark.parametrize("case", ["revolute, driven", "revolute of ground, driven"])
-def test_drive_turns_the_first_end_about_the_axis(case):
-    constraints = build([CASES[case][0]], LAYOUT)
-    sign, centre = (1, ARM.points[-1]) if case == "revolute, driven" else (-1, ARM.points[0])
+@pytest.mark.parametrize(
+    ("case", "sign", "centre"),
+    [
+        ("revolute, driven", 1, ARM.points[-1]),
+        ("revolute of a cable, driven", 1, ARM.points[-1]),
+        ("revolute of ground, driven", -1, ARM.points[0]),
+    ],
+)
+def test_drive_turns_the_first_end_about_the_axis(case, sign, centre):
+    joint = CASES[case][0]
+    constraints = build([joint], LAYOUT)
+
+    def values(angle, t):
+        return constraints.values(turned("arm", rotation(joint.axis, sign * angle), centre), t)
+
     for t in (0.0, 2.0, 7.0, 30.0):
-        q = turned("arm", rotation(DIAGONAL, sign * turn(t)), centre)
-        assert np.abs(constraints.values(q, t)).max() < 1e-13
-        rate = difference(
-            lambda a, t=t: constraints.values(
-                turned("arm", rotation(DIAGONAL, sign * (turn(t) + a[0])), centre), t
-            ),
-            np.zeros(1),
-        )
-        assert np.allclose(rate[:, 0], constraints.driven, atol=1e-9)
+        assert np.abs(values(turn(t), t)).max() < 1e-13
+        rate = difference(lambda a, t=t: values(turn(t) + a[0], t), np.zeros(1))[:, 0]
+        assert np.allclose(np.abs(rate), constraints.driven, atol=1e-9)
 
 
 def test_clearance_drive_and_tilt_follow_a_turned_journal():
