@@ -23,7 +23,7 @@ from coupling.scene import ROOM_TEMPERATURE, Scene
 
 FILE_NAME = "case.toml"
 LARGEST_FILE = 10_000_000  # [bytes]
-NOT_WRITTEN = {"points", "folder", "text"}  # what a scene has that its file has not
+NOT_WRITTEN = {"points", "folder", "text", "overrides"}  # what a scene has that its file has not
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _POSITION = re.compile(r"(.*) \(at (?:(line \d+, column \d+)|end of document)\)", re.DOTALL)
@@ -60,7 +60,7 @@ def from_text(
     draft.problems += check(draft)
     if draft.problems:
         raise BadCase(source, _explained(draft.problems, written, made))
-    return _scene(draft, changes.toml(raw) if made else text)
+    return _scene(draft, changes.toml(raw) if made else text, tuple(o.text for o in made))
 
 
 # ----------------------------------------------------------------------------------- text
@@ -198,7 +198,7 @@ def _problem(error: Any, where: Where, tagged: bool) -> Problem:
 # ---------------------------------------------------------------------------------- scene
 
 
-def _scene(draft: Draft, text: str) -> Scene:
+def _scene(draft: Draft, text: str, given: tuple[str, ...]) -> Scene:
     """The valid tables put together, with the defaults that depend on other tables."""
     single = {where[0]: value for where, value in draft.valid.items() if len(where) == 1}
     heat = single.get("thermal")
@@ -214,7 +214,9 @@ def _scene(draft: Draft, text: str) -> Scene:
         tables[kind] = {
             n: _filled(v, "reference_temperature", T) for n, v in tables.get(kind, {}).items()
         }
-    return Scene.model_construct(**tables, points=draft.points, folder=draft.folder, text=text)
+    return Scene.model_construct(
+        **tables, points=draft.points, folder=draft.folder, text=text, overrides=given
+    )
 
 
 def _filled(table: Any, key: str, value: Any) -> Any:

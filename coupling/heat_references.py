@@ -161,7 +161,7 @@ def _given_twice(draft: Draft) -> Iterator[Problem]:
 
 
 def _coverage(draft: Draft) -> Iterator[Problem]:
-    """The prescribed solver computes nothing: every temperature must be given."""
+    """The prescribed solver computes nothing: all temperatures of bodies must be given."""
     heat = draft.valid.get(("thermal",))
     if heat is None or heat.solver != "prescribed" or _given_is_faulty(draft):
         return
@@ -172,10 +172,6 @@ def _coverage(draft: Draft) -> Iterator[Problem]:
             at = distances(points)[free[0]]
             text = f"the prescribed solver needs a wall along all of it; none at {at:g} m"
             yield Problem(f"body.{name}", text)
-    for name in draft.names("thermal", "part"):
-        if (name, 0) not in given:
-            text = "the prescribed solver needs its temperature: a [thermal.fixed.NAME]"
-            yield Problem(f"thermal.part.{name}", text)
 
 
 def _given_is_faulty(draft: Draft) -> bool:

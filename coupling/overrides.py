@@ -13,8 +13,9 @@ _STEP = re.compile(r"[A-Za-z0-9_-]+|\[\d+\]")
 
 
 class Override(NamedTuple):
-    """A path in the case, its keys and array indices, and the value to put there."""
+    """The text as given, its path, the path's keys and array indices, the value to put there."""
 
+    text: str
     path: str
     steps: tuple[str | int, ...]
     value: Any
@@ -35,7 +36,7 @@ def parse(settings: Iterable[str]) -> list[Override]:
         elif not value:
             found.append(Problem(path, "has no value; write path=value"))
         else:
-            overrides.append(Override(path, _steps(path), _value(value)))
+            overrides.append(Override(text, path, _steps(path), _value(value)))
     if found:
         raise BadCase("--set", found)
     return overrides

@@ -103,6 +103,7 @@ class Scene(BaseModel):
     points : dict  (n, 3) float [m] of each body by name: its nodes, one for a particle
     folder : Path  of the case
     text : str  the TOML that was read, with overrides applied
+    overrides : tuple of str  those overrides, as given
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
@@ -126,3 +127,4 @@ class Scene(BaseModel):
     points: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)
     folder: SkipJsonSchema[Path] = Path()
     text: SkipJsonSchema[str] = ""
+    overrides: SkipJsonSchema[tuple[str, ...]] = ()

@@ -1,0 +1,350 @@
+"""The command ``thermobody``.
+
+Nothing heavy is imported before a command needs it: help answers at once.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from coupling.errors import BadCase, Problem
+
+if TYPE_CHECKING:
+    from coupling.model import Model
+    from coupling.scene import Scene
+
+DONE, FAILED, BAD_INPUT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
+
+app = typer.Typer(
+    name="thermobody",
+    help="""Heat and motion of flexible space structures with clearance hinges, coupled.
+
+A case is a folder with a file case.toml that says what there is: bodies, joints, loads, heat.
+Running it leaves a numbered folder under results/ in the case folder.
+
+Exit codes: 0 done, 1 a verification failed, 2 something is wrong with the input, 3 the run
+stopped before its end, 130 interrupted.""",
+    epilog="Start with:  thermobody list    then:  thermobody run cases/arm_rotation",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+CaseArgument = Annotated[
+    Path, typer.Argument(metavar="CASE", help="Folder with a case.toml, or a TOML file.")
+]
+ResultArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RESULT", help="A results.h5, the folder of a run, or a case (its newest run)."
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="PATH=VALUE",
+        help="Change an entry of the case, such as time.end='20 s'. May be repeated.",
+    ),
+]
+
+
+class Format(StrEnum):
+    """What ParaView is to open."""
+
+    pvd = "pvd"
+    vtkhdf = "vtkhdf"
+
+
+def main() -> None:
+    """Entry point of the command."""
+    app()
+
+
+@contextmanager
+def _answering() -> Iterator[None]:
+    """Bad input ends in exit code 2 with a sentence, an interrupt in 130: no tracebacks."""
+    try:
+        yield
+    except BadCase as error:
+        _complain(str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _complain(text: str) -> None:
+    Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+def _out() -> Console:
+    return Console(highlight=False, soft_wrap=True)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            typer.echo(f"thermobody {version('thermobody')}")
+        except PackageNotFoundError:
+            typer.echo("thermobody, not installed (run from its source folder)")
+        raise typer.Exit(DONE)
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Options of the command itself."""
+
+
+# ---------------------------------------------------------------------------------- cases
+
+
+@app.command(epilog="Example:  thermobody run cases/arm_rotation --set time.end='5 s'")
+def run(
+    case: CaseArgument,
+    settings: SetOption = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the newest run of the case.")
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            metavar="DIR",
+            help="Where numbered run folders go; default: results/ in the case folder.",
+        ),
+    ] = None,
+) -> None:
+    """Run a case and write its results.
+
+    Makes results/001, 002, ... in the case folder and never overwrites one. What the case asks
+    for under [output] is written when the run ends. Ctrl-C stops a run; what it has so far is
+    kept and --resume goes on from there.
+    """
+    with _answering():
+        from coupling import casefile
+
+        scene = casefile.read(case, settings or ())
+        parent = output or scene.folder / "results"
+        _check_writable(parent)
+        _run(scene, parent, resume)
+
+
+def _run(scene: "Scene", parent: Path, resume: bool) -> None:
+    from coupling import simulation
+
+    out = _out()
+    try:
+        outcome = simulation.run(scene, parent, resume, out)
+    except KeyboardInterrupt:
+        _complain(f"interrupted; results so far are under {parent}, --resume goes on from there")
+        raise typer.Exit(INTERRUPTED) from None
+    except OSError as error:
+        _complain(f"stopped: results cannot be written: {error}")
+        raise typer.Exit(STOPPED) from None
+    if outcome.code != DONE:
+        _complain(outcome.reason)
+    _write_what_was_asked(scene, outcome.folder / "results.h5", out)
+    out.print(f"results in {outcome.folder}", markup=False)
+    raise typer.Exit(outcome.code)
+
+
+def _check_writable(folder: Path) -> None:
+    """Refuse a place for results before anything is computed."""
+    import os
+
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise BadCase(str(folder), [Problem("", f"results cannot go there: {nearest} is a file")])
+    if not os.access(nearest, os.W_OK):
+        text = f"results cannot go there: no permission to write in {nearest}"
+        raise BadCase(str(folder), [Problem("", text)])
+
+
+def _write_what_was_asked(scene: "Scene", results: Path, out: Console) -> None:
+    if "vtk" in scene.output.export:
+        from coupling.export import export as write
+
+        _tell(out, write(results, "pvd"))
+    if "pictures" in scene.output.export:
+        from coupling.plot import plot as draw
+
+        _tell(out, draw(results))
+
+
+def _tell(out: Console, files: list[Path]) -> None:
+    for file in files:
+        out.print(f"wrote {file}", markup=False)
+
+
+@app.command(epilog="Example:  thermobody check cases/arm_rotation --set thermal.solver=lumped")
+def check(case: CaseArgument, settings: SetOption = None) -> None:
+    """Read and build a case without running it.
+
+    Says everything that is wrong with it at once, each with its place in the file and what was
+    expected there.
+    """
+    with _answering():
+        scene, _ = _built(case, settings)
+        counts = {"body": len(scene.body), "joint": len(scene.joint), "load": len(scene.load)}
+        parts = [_count(n, word) for word, n in counts.items()]
+        parts.append("heat by " + scene.thermal.solver if scene.thermal else "no heat")
+        parts.append(_count(scene.time.windows, "window"))
+        _out().print(f"{case}: ok: {', '.join(parts)}", markup=False)
+
+
+def _built(case: Path, settings: list[str] | None) -> "tuple[Scene, Model]":
+    """The scene of a case and the model built from it."""
+    from coupling import casefile
+
+    scene = casefile.read(case, settings or ())
+    from coupling.model import build
+
+    return scene, build(scene)
+
+
+def _count(n: int, word: str) -> str:
+    many = {"body": "bodies"}.get(word, f"{word}s")
+    return f"{n} {word if n == 1 else many}"
+
+
+@app.command(epilog="Example:  thermobody plan cases/arm_rotation")
+def plan(case: CaseArgument, settings: SetOption = None) -> None:
+    """Show what a run would compute, and what it leaves out and why."""
+    with _answering():
+        _, model = _built(case, settings)
+        _out().print(str(model).rstrip(), markup=False)
+
+
+@app.command(epilog="Example:  thermobody schema > case.schema.json")
+def schema() -> None:
+    """Print the JSON schema of the case file.
+
+    Editors with a TOML language server use it to complete keys and show what they mean.
+    """
+    import json
+
+    from coupling.scene import Scene
+
+    described = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    described |= Scene.model_json_schema() | {
+        "title": "thermobody case",
+        "additionalProperties": False,
+    }
+    typer.echo(json.dumps(described, indent=2))
+
+
+# -------------------------------------------------------------------------------- results
+
+
+@app.command(epilog="Example:  thermobody export cases/arm_rotation/results/001")
+def export(
+    result: ResultArgument,
+    format: Annotated[
+        Format, typer.Option("--format", help="pvd: a .vtu per frame; vtkhdf: one file.")
+    ] = Format.pvd,
+) -> None:
+    """Write the results of a run for ParaView.
+
+    Deformed bodies with temperature, stress and the state of their contacts, next to results.h5.
+    """
+    with _answering(), _reading(result):
+        file = _results(result)
+        from coupling.export import export as write
+
+        _tell(_out(), write(file, format.value))
+
+
+@app.command(epilog="Example:  thermobody plot cases/arm_rotation")
+def plot(result: ResultArgument) -> None:
+    """Draw the results of a run.
+
+    Temperatures, motion of the probes, orbits and forces of the hinges, energies; as PNG files
+    next to results.h5.
+    """
+    with _answering(), _reading(result):
+        file = _results(result)
+        from coupling.plot import plot as draw
+
+        _tell(_out(), draw(file))
+
+
+def _results(path: Path) -> Path:
+    """The results file that is meant: of a run, or of the newest run of a case."""
+    from coupling.resume import latest
+
+    path = path.parent if path.suffix == ".toml" else path
+    for file in (path, path / "results.h5"):
+        if file.is_file():
+            return file
+    for parent in (path / "results", path):
+        with suppress(BadCase):
+            return latest(parent) / "results.h5"
+    raise BadCase(str(path), [Problem("", "no results there; thermobody run makes them")])
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Files that are not results, or are damaged, are bad input."""
+    from coupling.reading import BadResults
+
+    try:
+        yield
+    except BadResults as error:
+        raise BadCase(str(path), [Problem("", str(error))]) from None
+
+
+# --------------------------------------------------------------------------- the program
+
+
+@app.command(name="list", epilog="Example:  thermobody list")
+def list_() -> None:
+    """Show what there is: cases, materials, solvers, elements, joints, contact laws."""
+    with _answering():
+        from coupling.catalogue import show
+
+        show(_out())
+
+
+@app.command(epilog="Example:  thermobody verify heat")
+def verify(
+    area: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[AREA]",
+            help="beams, dynamics, contact, heat or thermoelastic; without: all of them.",
+        ),
+    ] = None,
+) -> None:
+    """Solve problems with known answers and compare.
+
+    Prints value, reference, error and tolerance of each quantity, and the time each problem
+    took. Exit code 1 when one of them fails.
+    """
+    with _answering():
+        from coupling.verify.table import show
+
+        passed = show(area, _out())
+    raise typer.Exit(DONE if passed else FAILED)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""The table of ``thermobody verify``: printed row by row as the problems finish."""
+
+import time
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.text import Text
+
+from coupling.errors import BadCase, Problem, unknown
+from coupling.verify import registry
+from coupling.verify.registry import Check
+
+WIDTHS = (34, 24, 12, 9, 9)  # quantity, value with unit, reference, error, tolerance
+
+
+def show(area: str | None, out: Console) -> bool:
+    """Solve the problems of an area, or of all; True if all pass.
+
+    Raises
+    ------
+    BadCase : there is no such area
+    """
+    if area is not None and area not in registry.AREAS:
+        raise BadCase("verify", [Problem("", unknown("area", area, registry.AREAS))])
+    started = time.perf_counter()
+    out.print(Text(_columns("", "value", "reference", "error", "tolerance"), "bold"))
+    passed = [_solve(problem, out) for problem in registry.problems(area)]
+    _summary(passed, time.perf_counter() - started, out)
+    return all(passed)
+
+
+def _solve(problem: registry.Problem, out: Console) -> bool:
+    """Solve one problem and print its rows; whatever it raises is a failure."""
+    started = time.perf_counter()
+    rows, reason = [], ""
+    try:
+        checks: Sequence[Check] = problem.solve()
+        rows = [(_row(check), check.passed) for check in checks]
+        reason = "" if rows else "nothing was checked"
+    except Exception as error:
+        rows, reason = [], f"{type(error).__name__}: {error}"
+    passed = bool(rows) and all(good for _, good in rows)
+    title = Text(f"{problem.area}: {problem.name}", "bold")
+    title.append(f"  ({problem.source})  {time.perf_counter() - started:.1f} s  ", "dim not bold")
+    out.print(title.append(_verdict(passed)))
+    for row, good in rows:
+        out.print(Text(row).append("  ").append(_verdict(good)))
+    if reason:
+        out.print(Text(f"  {reason}", "red"))
+    return passed
+
+
+def _row(check: Check) -> str:
+    value = f"{check.value:.7g} {check.unit}".rstrip()
+    tolerance = f"{check.tolerance:.1e}" + (" abs" if check.absolute else "")
+    return _columns(check.name, value, f"{check.reference:.7g}", f"{check.error:.1e}", tolerance)
+
+
+def _columns(name: str, *numbers: str) -> str:
+    cells = [f"{n:>{w}}" for n, w in zip(numbers, WIDTHS[1:], strict=True)]
+    return "  ".join([f"  {name:<{WIDTHS[0]}}", *cells])
+
+
+def _verdict(passed: bool) -> Text:
+    return Text("pass", "green") if passed else Text("FAIL", "bold red")
+
+
+def _summary(passed: Sequence[bool], seconds: float, out: Console) -> None:
+    failed = len(passed) - sum(passed)
+    word = "all pass" if not failed else f"{failed} FAIL"
+    style = "bold red" if failed else "bold green"
+    out.print(Text(f"{len(passed)} problems in {seconds:.0f} s: {word}", style))
