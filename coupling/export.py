@@ -1,0 +1,206 @@
+"""Results for ParaView: one .pvd index of .vtu files, one pair of files per frame."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.reading import BadResults, Results
+from coupling.surfaces import Body, Surface, read_bodies, surface
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+FOLDER = "vtk"
+SHOWN_JOINT_SIZE = 2.0  # enlarged gap at full clearance, in radii of the widest section
+
+
+def export(results_path: Path | str, format: str = "pvd") -> list[Path]:
+    """Write the recorded frames next to the results and return the files, the index first.
+
+    ``run.pvd`` opens in ParaView as a time series of two blocks: the surfaces of all bodies
+    and, when there are clearance joints, two points for each of them, the centres of journal
+    and bearing.
+    """
+    if format not in FORMATS:
+        raise ValueError(f"format '{format}': expected one of {', '.join(FORMATS)}")
+    with Results.open(results_path) as results:
+        return FORMATS[format](results)
+
+
+class Placement(NamedTuple):
+    """Where a clearance joint is; see ``describe_group("joints/…")`` in the simulation.
+
+    bearing, journal : body, or None for the ground
+    position : (3,) float [m]  of the bearing when it is on the ground
+    directions : (2, 3) float  axes of the orbit in the first frame
+    """
+
+    journal: tuple[Body, int] | None
+    bearing: tuple[Body, int] | None
+    position: Array
+    directions: Array
+
+
+def placement(results: Results, joint: str, bodies: dict[str, Body]) -> Placement | None:
+    """Placement of a joint, None when it has no orbit."""
+    attributes = results.attributes(f"joints/{joint}")
+    if "directions" not in attributes or f"joints/{joint}/orbit" not in results:
+        return None
+
+    def site(name: str) -> tuple[Body, int] | None:
+        body = bodies.get(str(attributes.get(f"{name}_body", "")))
+        return (body, int(attributes[f"{name}_node"])) if body else None
+
+    position = np.asarray(attributes.get("position", np.zeros(3)), dtype=float)
+    return Placement(site("journal"), site("bearing"), position, attributes["directions"])
+
+
+def orbit_plane(place: Placement, frame: int) -> tuple[Array, Array]:
+    """Centre of the bearing (3,) [m] and axes of the orbit (2, 3) in a frame."""
+    if place.bearing is None:
+        return place.position, place.directions
+    body, node = place.bearing
+    if not body.axes.any():
+        return body.position[frame, node], place.directions
+    turned = body.axes[0, node].T @ body.axes[frame, node]  # a row vector times this is turned
+    return body.position[frame, node], place.directions @ turned
+
+
+def _write_pvd(results: Results) -> list[Path]:
+    bodies = read_bodies(results)
+    times = results["frames/time"] if "frames/time" in results else np.empty(0)
+    if not bodies or not len(times):
+        raise BadResults(f"{results.path}: no frames of bodies were recorded")
+    folder = results.path.parent / FOLDER
+    folder.mkdir(exist_ok=True)
+    joints = _Joints(results, bodies)
+    files = [(frame, 0, _write_bodies(folder, bodies, frame)) for frame in range(len(times))]
+    if joints.places:
+        files += [(frame, 1, joints.write(folder, frame, time)) for frame, time in enumerate(times)]
+    _remove_others(folder, {path for _, _, path in files})
+    index = results.path.with_name("run.pvd")
+    index.write_text(_index(times, files), encoding="utf-8")
+    return [index, *(path for _, _, path in files)]
+
+
+def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
+    surfaces = [surface(body, frame) for body in bodies]
+    fields = {
+        "displacement": np.concatenate([s.displacement for s in surfaces]),
+        "temperature": np.concatenate([s.temperature for s in surfaces]),
+        "axial_stress": np.concatenate([s.stress for s in surfaces]),
+    }
+    cells, owners = _cells(bodies, surfaces)
+    mesh = meshio.Mesh(
+        np.concatenate([s.points for s in surfaces]),
+        cells,
+        {name: values for name, values in fields.items() if not np.isnan(values).all()},
+        {"body": owners},
+    )
+    return _write(mesh, folder / f"bodies_{frame:05d}.vtu")
+
+
+def _cells(
+    bodies: list[Body], surfaces: list[Surface]
+) -> tuple[list[tuple[str, Indices]], list[Indices]]:
+    """Quads of the surfaces and a vertex for each particle, with the number of their body."""
+    found: dict[str, list[Indices]] = {"quad": [], "vertex": []}
+    owner: dict[str, list[Indices]] = {"quad": [], "vertex": []}
+    start = 0
+    for number, (body, shape) in enumerate(zip(bodies, surfaces, strict=True)):
+        count = len(shape.points)
+        kind = "quad" if body.section else "vertex"
+        cells = start + (shape.quads if body.section else np.arange(count)[:, None])
+        found[kind].append(cells)
+        owner[kind].append(np.full(len(cells), number))
+        start += count
+    kinds = [kind for kind in found if found[kind]]
+    return (
+        [(kind, np.concatenate(found[kind])) for kind in kinds],
+        [np.concatenate(owner[kind]) for kind in kinds],
+    )
+
+
+class _Joints:
+    """The clearance joints with their histories, read once for all frames."""
+
+    def __init__(self, results: Results, bodies: list[Body]) -> None:
+        by_name = {body.name: body for body in bodies}
+        found = {name: placement(results, name, by_name) for name in results.names("joints")}
+        self.places = {name: place for name, place in found.items() if place is not None}
+        self.tables = {name: results.table(f"joints/{name}") for name in self.places}
+        widths = [max(b.section.height, b.section.width) for b in bodies if b.section]
+        self.shown_size = SHOWN_JOINT_SIZE * 0.5 * max(widths, default=1.0)
+
+    def write(self, folder: Path, frame: int, time: float) -> Path:
+        """Two points for each joint: bearing, then journal, with the state nearest in time."""
+        rows = [self._row(name, time) for name in self.places]
+        planes = [orbit_plane(place, frame) for place in self.places.values()]
+        gaps = [row["orbit"] @ axes for row, (_, axes) in zip(rows, planes, strict=True)]
+        points = [
+            point
+            for (centre, _), gap in zip(planes, gaps, strict=True)
+            for point in (centre, centre + gap)
+        ]
+        gap = np.repeat(gaps, 2, axis=0)
+        clearance = self._field(rows, "clearance")
+        fields = {
+            "gap": gap,
+            "gap_enlarged": gap * (self.shown_size / clearance)[:, None],
+            "clearance": clearance,
+            "regime": self._field(rows, "regime"),
+            "normal_force": self._field(rows, "normal_force"),
+            "friction_force": self._field(rows, "friction_force"),
+            "part": np.tile([0.0, 1.0], len(rows)),
+        }
+        cells = [("vertex", np.arange(len(points))[:, None])]
+        return _write(
+            meshio.Mesh(np.array(points), cells, fields), folder / f"joints_{frame:05d}.vtu"
+        )
+
+    def _row(self, name: str, time: float) -> dict[str, Array]:
+        table = self.tables[name]
+        nearest = int(np.argmin(np.abs(table["time"] - time)))
+        return {column: values[nearest] for column, values in table.items()}
+
+    @staticmethod
+    def _field(rows: list[dict[str, Array]], name: str) -> Array:
+        return np.repeat([float(row.get(name, np.nan)) for row in rows], 2)
+
+
+def _write(mesh: meshio.Mesh, path: Path) -> Path:
+    mesh.write(path, file_format="vtu", binary=True, compression="zlib")
+    return path
+
+
+def _remove_others(folder: Path, kept: set[Path]) -> None:
+    """Delete files of an earlier export that had more frames."""
+    for pattern in ("bodies_*.vtu", "joints_*.vtu"):
+        for path in set(folder.glob(pattern)) - kept:
+            path.unlink()
+
+
+def _index(times: Array, files: list[tuple[int, int, Path]]) -> str:
+    names = ("bodies", "joints")
+    entries = [
+        f'    <DataSet timestep="{float(times[frame])!r}" part="{part}" name="{names[part]}" '
+        f"file={quoteattr(f'{FOLDER}/{path.name}')}/>"
+        for frame, part, path in sorted(files)
+    ]
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">',
+        "  <Collection>",
+        *entries,
+        "  </Collection>",
+        "</VTKFile>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+FORMATS: dict[str, Callable[[Results], list[Path]]] = {"pvd": _write_pvd}

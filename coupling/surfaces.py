@@ -1,0 +1,196 @@
+"""The outer surface of the bodies in each recorded frame, with what is known on it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.reading import Results
+from meshes import generate
+from meshes.sections import Section
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+AROUND = 24  # points of the outline
+PIECES = 4  # pieces of an element between two nodes
+
+
+class Body(NamedTuple):
+    """History of one body as recorded.
+
+    position : (f, n, 3) float [m]
+    axes : (f, n, 3, 3) float  rows e1, e2, e3; zeros where they are not known
+    temperature : (f, n, 3) float | None  mean [K], gradients along e2 and e3 [K/m]
+    resultants : (f, e, 6) float | None  N, Q2, Q3 [N], Mt, M2, M3 [N m]
+    section : None for a particle
+    """
+
+    name: str
+    position: Array
+    axes: Array
+    temperature: Array | None
+    resultants: Array | None
+    section: Section | None
+
+
+class Surface(NamedTuple):
+    """Swept surface of a body; temperature and stress are NaN where they are not known.
+
+    points : (m, 3) float [m]
+    quads : (k, 4) int; none for a particle
+    displacement : (m, 3) float [m]  since the first frame
+    temperature : (m,) float [K]
+    stress : (m,) float [Pa]  axial, without the part that is in balance within the section
+    """
+
+    points: Array
+    quads: Indices
+    displacement: Array
+    temperature: Array
+    stress: Array
+
+
+def read_bodies(results: Results) -> list[Body]:
+    """All bodies that have positions."""
+    return [
+        _read_body(results, name)
+        for name in results.names("bodies")
+        if f"bodies/{name}/position" in results
+    ]
+
+
+def surface(body: Body, frame: int) -> Surface:
+    """Surface of ``body`` in ``frame``, smooth between the nodes."""
+    points, quads = _swept(body, frame)
+    stations = len(points) // AROUND
+    unknown = np.full(len(points), np.nan)
+    if body.section is None:
+        temperature = None if body.temperature is None else body.temperature[frame, :, 0]
+        stress = None
+    else:
+        temperature = _wall_temperature(body, frame, stations)
+        stress = _axial_stress(body, frame, stations)
+    return Surface(
+        points,
+        quads,
+        points - _swept(body, 0)[0],
+        unknown if temperature is None else temperature,
+        unknown if stress is None else stress,
+    )
+
+
+def centre_line(position: Array, axes: Array, pieces: int = PIECES) -> tuple[Array, Array]:
+    """Cubic Hermite curve through the nodes along e1, and section triads on it.
+
+    The derivative at the ends of an element has the length chord / cos(angle / 4)^2 with the
+    angle between its tangents: a uniformly bent line stays a circle but for the sixth power of
+    that angle (Goldapp 1991).
+
+    Parameters
+    ----------
+    position : (n, 3) float [m]
+    axes : (n, 3, 3) float  rows e1, e2, e3
+
+    Returns
+    -------
+    points : (s, 3) float [m], s = (n - 1) * pieces + 1
+    axes : (s, 3, 3) float
+    """
+    if not axes.any():  # a line without sections
+        axes = generate.frames(position)
+    element, x = _stations(len(position), pieces)
+    chord = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    cosine = np.clip(np.sum(axes[1:, 0] * axes[:-1, 0], axis=1), -1.0, 1.0)
+    scale = chord / np.cos(0.25 * np.arccos(cosine)) ** 2
+    length, x = scale[element, None], x[:, None]
+    points = (
+        (1 - 3 * x**2 + 2 * x**3) * position[element]
+        + (x - 2 * x**2 + x**3) * length * axes[element, 0]
+        + (3 * x**2 - 2 * x**3) * position[element + 1]
+        + (x**3 - x**2) * length * axes[element + 1, 0]
+    )
+    return points, _between(axes, element, x[:, None])
+
+
+def _between(axes: Array, element: Indices, x: Array) -> Array:
+    """Triads between those of the nodes: e2 and e3 by linear interpolation, made orthonormal."""
+    mixed = (1 - x) * axes[element] + x * axes[element + 1]
+    e1 = np.cross(mixed[:, 1], mixed[:, 2])
+    e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
+    e2 = mixed[:, 1] / np.linalg.norm(mixed[:, 1], axis=1, keepdims=True)
+    return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+
+
+def _stations(nodes: int, pieces: int) -> tuple[Indices, Array]:
+    """Element and local coordinate in [0, 1] of each station."""
+    s = np.arange((nodes - 1) * pieces + 1)
+    element = np.minimum(s // pieces, nodes - 2)
+    return element, (s - element * pieces) / pieces
+
+
+def _swept(body: Body, frame: int) -> tuple[Array, Indices]:
+    if body.section is None:
+        return body.position[frame], np.empty((0, 4), dtype=np.intp)
+    points, axes = centre_line(body.position[frame], body.axes[frame])
+    return generate.sweep(points, axes, body.section.outline(AROUND))
+
+
+def _wall_temperature(body: Body, frame: int, stations: int) -> Array | None:
+    """Mean + G2 y + G3 z at the outline, linear along the elements; (stations * AROUND,) [K]."""
+    if body.temperature is None or body.section is None:
+        return None
+    nodal = body.temperature[frame]
+    at = np.linspace(0.0, len(nodal) - 1.0, stations)
+    mean, g2, g3 = (np.interp(at, np.arange(len(nodal)), value)[:, None] for value in nodal.T)
+    y, z = body.section.outline(AROUND).T
+    return (mean + g2 * y + g3 * z).ravel()
+
+
+def _axial_stress(body: Body, frame: int, stations: int) -> Array | None:
+    """N/A - M2 y/I2 - M3 z/I3 at the outline; (stations * AROUND,) [Pa].
+
+    M2 = E I2 times the curvature towards e2, which compresses the side of +e2 (Navier).
+    """
+    if body.resultants is None or body.section is None:
+        return None
+    section = body.section
+    normal, m2, m3 = _along(body.resultants[frame][:, [0, 4, 5]], stations).T[:, :, None]
+    y, z = section.outline(AROUND).T
+    bending = m2 * y / section.second_moment_2 + m3 * z / section.second_moment_3
+    return (normal / section.area - bending).ravel()
+
+
+def _along(values: Array, stations: int) -> Array:
+    """(e, c) values at the middle of e elements as (stations, c): linear, also beyond the ends."""
+    count = len(values)
+    if count > 1:
+        values = np.vstack([2 * values[0] - values[1], values, 2 * values[-1] - values[-2]])
+    middle = np.arange(len(values)) - (0.5 if count > 1 else 0.0)
+    at = np.linspace(0.0, count, stations)
+    return np.column_stack([np.interp(at, middle, column) for column in values.T])
+
+
+def _read_body(results: Results, name: str) -> Body:
+    table = results.table(f"bodies/{name}")
+    position = table["position"]
+    return Body(
+        name,
+        position,
+        table.get("axes", np.zeros((*position.shape, 3))),
+        table.get("temperature"),
+        table.get("resultants"),
+        _section(results.attributes(f"bodies/{name}")),
+    )
+
+
+def _section(attributes: dict[str, object]) -> Section | None:
+    """The section as recorded; what is not needed for drawing is left at zero."""
+    if "section_kind" not in attributes:
+        return None
+    names = (
+        "area second_moment_2 second_moment_3 torsion_constant shear_factor_2 shear_factor_3 "
+        "outer_perimeter height width radius thickness"
+    )
+    numbers = {name: attributes.get(name, 0.0) for name in names.split()}
+    return Section(kind=str(attributes["section_kind"]), **numbers)  # type: ignore[arg-type]
