@@ -21,7 +21,6 @@ from mechanics.description import ClearanceRevolute, Friction
 from mechanics.joints import direction, normal_to, origin, unit, unit_direction
 from mechanics.layout import CABLE, FIXED, PARTICLE, Layout, Side
 from mechanics.relative import DIRECTION, OFFSET, Terms, evaluate
-from meshes.materials import Material
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -225,7 +224,7 @@ class Clearance:
 
     def impact_duration(self, coef: Array, mass: Array, speed: Array) -> Array:
         """(n_j,) float [s]  duration of an elastic impact of ``mass`` [kg] at ``speed`` [m/s]."""
-        return contact.elastic_impact(mass, coef[:, 0], speed, coef[:, 5]).duration
+        return np.asarray(contact.elastic_impact(mass, coef[:, 0], speed, coef[:, 5]).duration)
 
     def _respond(
         self, q: Array, v: Array, coef: Array, approach: Array
@@ -244,7 +243,7 @@ class Clearance:
         bends = np.zeros((n, 18, 18))
         some = np.repeat(touching, 4)
         if some.any():
-            terms = Terms(*(array[some] for array in self.terms))
+            terms = Terms._make(array[some] for array in self.terms)
             evaluate(*terms, q, np.zeros(n), np.zeros((n, 18)), bends)
         return bends.reshape(-1, 4, 18, 18)
 
@@ -308,16 +307,12 @@ def _products(joint: ClearanceRevolute, a: Side, b: Side) -> list[tuple[Array, A
 
 def _coefficients(joint: ClearanceRevolute, factor: float, Tj: float, Tb: float) -> Array:
     """(9,) coefficients at journal and bearing temperature [K]."""
-    journal, bearing, law = joint.journal_material, joint.bearing_material, joint.contact
-    strain = journal.thermal_strain(Tj, joint.reference_temperature)
-    bore = bearing.thermal_strain(Tb, joint.reference_temperature)
+    law, reference = joint.contact, joint.reference_temperature
+    strain = joint.journal_material.thermal_strain(Tj, reference)
+    bore = joint.bearing_material.thermal_strain(Tb, reference)
     mu, eps = _friction(joint.friction, 0.5 * (Tj + Tb))
-    stiffness = law.value
-    if stiffness is None:
-        R = contact.hertz_radius(law.stiffness, joint.radius, joint.radius + joint.clearance)
-        stiffness = contact.hertz_stiffness(R, *_elastic(journal, Tj), *_elastic(bearing, Tb))
     return np.array([
-        stiffness,
+        _stiffness(joint, Tj, Tb) if law.value is None else law.value,
         contact.thermal_clearance(joint.clearance, joint.radius, strain, bore),
         mu,
         factor,
@@ -329,8 +324,12 @@ def _coefficients(joint: ClearanceRevolute, factor: float, Tj: float, Tb: float)
     ])  # fmt: skip
 
 
-def _elastic(material: Material, T: float) -> tuple[float, float]:
-    return material.youngs_modulus(T), material.poissons_ratio(T)
+def _stiffness(joint: ClearanceRevolute, Tj: float, Tb: float) -> contact.Value:
+    """Hertz stiffness [N/m^1.5] of the reference radii at both temperatures [K]."""
+    radii = joint.radius, joint.radius + joint.clearance
+    sides = (joint.journal_material, Tj), (joint.bearing_material, Tb)
+    elastic = [f(T) for m, T in sides for f in (m.youngs_modulus, m.poissons_ratio)]
+    return contact.hertz_stiffness(contact.hertz_radius(joint.contact.stiffness, *radii), *elastic)
 
 
 def _friction(friction: Friction | None, T: float) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import beta
 
 Array = NDArray[np.float64]
+Value = float | Array  # functions work element by element
 
 EXPONENT = {"hertz-external": 1.5, "hertz-internal": 1.5, "linear": 1.0}
 """Exponent p of the normal laws."""
@@ -22,7 +23,7 @@ IMPACT_RATE = 0.1
 """An indentation speed above this part of the approach speed counts as impact [-]."""
 
 
-def hertz_radius(name: str, journal_radius, bearing_radius):
+def hertz_radius(name: str, journal_radius: Value, bearing_radius: Value) -> Value:
     """Effective radius [m] of two spheres.
 
     "hertz-external", R1 R2/(R1 + R2): side by side (Hua et al. 2026 use it for hinges);
@@ -33,7 +34,7 @@ def hertz_radius(name: str, journal_radius, bearing_radius):
     return journal_radius * bearing_radius / (bearing_radius + sign * journal_radius)
 
 
-def hertz_stiffness(radius, E1, nu1, E2, nu2):
+def hertz_stiffness(radius: Value, E1: Value, nu1: Value, E2: Value, nu2: Value) -> Value:
     """K = 4/3 sqrt(R) E* [N/m^1.5], 1/E* = (1 - nu1²)/E1 + (1 - nu2²)/E2.
 
     Johnson, Contact Mechanics (1985), eq. 4.23.
@@ -41,7 +42,14 @@ def hertz_stiffness(radius, E1, nu1, E2, nu2):
     return 4.0 / 3.0 * np.sqrt(radius) / ((1.0 - nu1**2) / E1 + (1.0 - nu2**2) / E2)
 
 
-def normal_force(stiffness, exponent, penetration, rate, factor, approach):
+def normal_force(
+    stiffness: Value,
+    exponent: Value,
+    penetration: Value,
+    rate: Value,
+    factor: Value,
+    approach: Value,
+) -> Value:
     """K δ^p (1 + D δ̇/v) [N]; zero when open or when it would pull; elastic where v <= 0."""
     elastic = stiffness * np.maximum(penetration, 0.0) ** exponent
     running = np.asarray(approach) > 0.0
@@ -49,7 +57,7 @@ def normal_force(stiffness, exponent, penetration, rate, factor, approach):
     return np.maximum(elastic * (1.0 + factor * ratio), 0.0)
 
 
-def exact_factor(restitution):
+def exact_factor(restitution: Value) -> Value:
     """Factor D that delivers the restitution e exactly, for 0.01 <= e <= 1 and any exponent.
 
     The impact m δ̈ = -K δ^p (1 + D δ̇/v) from speed v to -e v integrates to
@@ -68,7 +76,7 @@ def exact_factor(restitution):
     return np.where(e < 1.0, -np.expm1(-lower) / e, 0.0)[()]
 
 
-def _impact_balance(D, z, e):
+def _impact_balance(D: Array, z: Array, e: Array) -> Array:
     """D (1 + e) - ln(1 + D) - z over D², with z = -ln(1 - D e); as a series where D is small."""
     powers = np.arange(2, 24)[(...,) + (None,) * np.ndim(D)]
     small = np.minimum(D, 0.1)
@@ -78,7 +86,7 @@ def _impact_balance(D, z, e):
     return np.where(D < 0.1, series, closed)
 
 
-def delivered_restitution(factor):
+def delivered_restitution(factor: Value) -> Value:
     """Restitution e [-] that a factor D >= 0 delivers: the inverse of ``exact_factor``."""
     D = np.asarray(factor, dtype=float)
     lower, upper = np.zeros_like(D), 1.0 / np.maximum(D, 1.0)
@@ -107,12 +115,12 @@ Gonthier et al. 2004; Flores et al. 2011; Hu & Guo 2015; and what delivers e exa
 class Impact(NamedTuple):
     """Largest penetration [m], largest force [N] and duration [s] of an impact."""
 
-    penetration: float
-    force: float
-    duration: float
+    penetration: Value
+    force: Value
+    duration: Value
 
 
-def elastic_impact(mass, stiffness, speed, exponent=1.5) -> Impact:
+def elastic_impact(mass: Value, stiffness: Value, speed: Value, exponent: Value = 1.5) -> Impact:
     """Impact of ``mass`` at ``speed`` on F = K δ^p without loss (Johnson 1985, sec. 11.4).
 
     m v²/2 = K δ^(p+1)/(p + 1); the duration is 2 δ/v times the integral of
@@ -124,18 +132,22 @@ def elastic_impact(mass, stiffness, speed, exponent=1.5) -> Impact:
     return Impact(deepest, stiffness * deepest**exponent, duration)
 
 
-def thermal_clearance(clearance, journal_radius, journal_strain, bearing_strain):
+def thermal_clearance(
+    clearance: Value, journal_radius: Value, journal_strain: Value, bearing_strain: Value
+) -> Value:
     """Radial clearance [m] after free thermal strains of journal and bearing; may be negative."""
     bearing_radius = journal_radius + clearance
     return clearance + bearing_radius * bearing_strain - journal_radius * journal_strain
 
 
-def friction_coefficient(T, coefficient, slope, reference):
+def friction_coefficient(T: Value, coefficient: float, slope: float, reference: float) -> Value:
     """mu(T) = mu0 (1 + slope (T - reference)), not below zero (Hua et al. 2026)."""
     return np.maximum(coefficient * (1.0 + slope * (T - reference)), 0.0)
 
 
-def friction_force(coefficient, normal, slip_speed, regularisation_speed):
+def friction_force(
+    coefficient: Value, normal: Value, slip_speed: Value, regularisation_speed: Value
+) -> Value:
     """-mu F v/(|v| + eps) [N] along the slip speed v (Hua et al. 2026)."""
     return -coefficient * normal * slip_speed / (np.abs(slip_speed) + regularisation_speed)
 
@@ -148,7 +160,9 @@ PARTITION: dict[str, Callable] = {
 (Carslaw & Jaeger 1959, sec. 2.15), and the product as Hua et al. 2026 print it."""
 
 
-def classify(penetration, rate, approach, slip_speed, regularisation_speed):
+def classify(
+    penetration: Value, rate: Value, approach: Value, slip_speed: Value, regularisation_speed: Value
+) -> NDArray[np.int8]:
     """Regime of motion, int8: 0 free flight, 1 impact, 2 slip, 3 stick.
 
     Impact: in contact while |δ̇| exceeds ``IMPACT_RATE`` times the approach speed of the running
