@@ -66,8 +66,9 @@ class Link:
 class Wall:
     """Prescribed wall temperature on a stretch of a member, hot on one side, cold on the other.
 
-    Between the two sides the field is linear across the section. Histories are given at the
-    two ends of the stretch; between them the temperature is linear along the member.
+    Between the two sides the field is linear across the section; a member without wall points
+    takes the mean. Histories are given at the two ends of the stretch; between them the
+    temperature is linear along the member. All stations on the stretch are held.
 
     start, end : float [m]  arclength range of the stretch
     side : (3,) float  direction of the hot side in the reference configuration
@@ -88,7 +89,9 @@ class Flux:
     """Absorbed heat flux density [W/m^2] on the outer face of a member.
 
     direction : (3,) float | None  parallel rays travelling along ``direction`` (the lit side
-        absorbs by the cosine of incidence, the other side nothing); None: uniform
+        absorbs by the cosine of incidence, the other side nothing); None: uniform. A member
+        without wall points absorbs what its shadow takes: of the diameter, or of the rectangle
+        of the section's height and width
     """
 
     name: str
