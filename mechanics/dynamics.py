@@ -24,8 +24,10 @@ LANDING = 1e-5
 """An onset is located when the gap is within this fraction of the clearance [-]."""
 CALM = 4
 """Steps between a refusal and the next doubling of the step size."""
-IMPACT_RESOLUTION = 10.0
-"""Steps into which the estimated duration of an impact is divided at its onset."""
+IMPACT_RESOLUTION = 32.0
+"""Steps into which the estimated duration of an impact is divided."""
+VIOLENT = 0.1
+"""Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
 DOUBLING_ERROR = 0.1
 """A local error below this fraction of the tolerance allows twice the step: 2^3 of it stays below 1."""
 UNMEASURED = -1.0
@@ -255,7 +257,7 @@ def _accept(system: System, control: Control, here: _Here, tried: _Tried) -> _He
     row = ledger.entries(system, control.scheme, m0, tried.motion, here.balance, b1, heating)
     motion = tried.motion._replace(approach=_approach(system, tried.motion, tried.coef))
     state = here.state._replace(motion=motion, ledger=ledger.accumulate(here.state.ledger, row))
-    state = _next_rung(system, control, state, m0, tried)
+    state = _next_rung(system, control, state, tried)
     return _count(_Here(state, tried.coef, b1, tried.jacobian), accepted=1)
 
 
@@ -273,18 +275,27 @@ def _approach(system: System, motion: Motion, coef: Coefficients) -> Array:
     return np.where(touching, np.where(largest > 0.0, largest, UNMEASURED), 0.0)
 
 
-def _next_rung(
-    system: System, control: Control, state: State, before: Motion, tried: _Tried
-) -> State:
-    """Shorter steps when an impact begins, longer ones when the error has been small for long."""
+def _next_rung(system: System, control: Control, state: State, tried: _Tried) -> State:
+    """Steps that resolve running impacts; longer ones when the error has been small for long."""
     calm = state.calm + 1
-    begun = (state.motion.approach != 0.0) & (before.approach == 0.0)
-    if begun.any():
-        wanted = np.min(_durations(system, state.motion, tried.coef)[begun]) / IMPACT_RESOLUTION
-        return state._replace(rung=max(state.rung, _rung_below(control, wanted)), calm=0)
-    if state.rung > 0 and calm >= CALM and tried.error < DOUBLING_ERROR:
+    finest = _impact_rung(system, control, state.motion, tried.coef)
+    if finest > state.rung:
+        return state._replace(rung=finest, calm=0)
+    if state.rung > finest and calm >= CALM and tried.error < DOUBLING_ERROR:
         return state._replace(rung=state.rung - 1, calm=0)
     return state._replace(calm=calm)
+
+
+def _impact_rung(
+    system: System, control: Control, motion: Motion, coef: Coefficients
+) -> int:
+    """Rung that resolves the impacts in which penetration changes noticeably; 0 if none does."""
+    if system.contact is None or not motion.approach.any():
+        return 0
+    _, rate, _ = _gaps(system, motion, coef)
+    violent = (motion.approach != 0.0) & (np.abs(rate) > VIOLENT * motion.approach)
+    durations = _durations(system, motion, coef)[violent]
+    return max((_rung_below(control, d / IMPACT_RESOLUTION) for d in durations), default=0)
 
 
 def _durations(system: System, motion: Motion, coef: Coefficients) -> Array:

@@ -19,6 +19,11 @@ Array = NDArray[np.float64]
 
 REFRESH = 0.5
 """A contraction of the Newton corrections above this calls for a new Jacobian [-]."""
+ACCELERATION = 1e-4
+"""Part of the accelerations that may remain uncorrected: since a correction of q divided by
+beta h^2 is one of a, this keeps forces and multipliers converged when steps are short [-]."""
+ROUND_OFF = 8.0 * np.finfo(float).eps
+"""Corrections below this part of the coordinates mean nothing [-]."""
 FROZEN = 0.35
 """A Jacobian serves step sizes within this fraction of its own [-]."""
 
@@ -28,7 +33,7 @@ class Scheme:
     """Parameters of HHT-alpha and of its Newton iteration.
 
     alpha : float  in [-1/3, 0]; rho_inf = (1 + alpha)/(1 - alpha)
-    newton_tolerance : float  size of the remaining correction, relative to ``System.scale``
+    newton_tolerance : float  largest remaining correction, relative to ``System.scale``
     iterations : int  largest number of corrections with one Jacobian
     """
 
@@ -158,28 +163,27 @@ def _newton(
     bh2 = scheme.beta * h * h
     a, lam = s.a.copy(), s.lam.copy()
     before, contraction, worst = np.inf, 0.0, 0
+    tolerance, floor = scheme.newton_tolerance, ROUND_OFF * np.max(np.abs(s.q) / system.scale)
     for count in range(scheme.iterations + 1):
         q = q0 + bh2 * a
         v = v0 + scheme.gamma * h * a
         total = system.force(q, v, t, trial.coef, s.approach)
         total += system.constraint_force(q, t, lam)
-        if count and contraction * before <= scheme.newton_tolerance:
+        if count and contraction * before <= tolerance:
             return Motion(t, q, v, a, lam, total, s.force, s.approach), count, ""
         residual = system.mass @ a + weight * total - scheme.alpha * s.force
         x = jacobian.solve(-np.concatenate([bh2 * residual, system.constraints.values(q, t)]))
         sizes = np.abs(x[:n]) / system.scale
         worst = int(np.argmax(sizes))
         size = sizes[worst]
-        contraction = size / before if count else _first_contraction(size, scheme)
-        if not np.isfinite(size) or (count and contraction > REFRESH and size > scheme.newton_tolerance):
+        contraction = size / before if count else 1.0
+        if not np.isfinite(size) or (count and contraction > REFRESH and size > tolerance):
             break
+        moved = bh2 * np.max(np.abs(a) / system.scale)
+        tolerance = max(floor, min(scheme.newton_tolerance, ACCELERATION * moved))
         a = a + x[:n] / bh2
         lam = lam + x[n:] / (weight * bh2)
         before = size
     why = f"Newton did not converge at {system.name_of(worst)}"
     return None, count + 1, why
 
-
-def _first_contraction(size: float, scheme: Scheme) -> float:
-    """Assumed contraction of the first correction: none known, unless it is already negligible."""
-    return 0.0 if size <= 1e-3 * scheme.newton_tolerance else 1.0

@@ -1,0 +1,66 @@
+"""Running small models in time, for verification problems."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.verify.models import Model
+from mechanics.dynamics import Control, State, Window, advance, initial_state
+from mechanics.hht import Scheme
+from mechanics.system import Coefficients
+
+Array = NDArray[np.float64]
+
+
+class Path(NamedTuple):
+    """t : (k,) [s], q, v : (k, n), lam : (k, m), response : (k, n_j, columns), of each step"""
+
+    t: Array
+    q: Array
+    v: Array
+    lam: Array
+    response: Array
+    ledger: Array
+
+
+def fixed(h: float, alpha: float = -0.1, newton: float = 1e-10) -> Control:
+    """Constant steps of ``h`` [s]."""
+    return Control(np.inf, h, h, Scheme(alpha, newton))
+
+
+def run(
+    made: Model, end: float, control: Control, windows: int = 1,
+    heated: Callable[[float], Coefficients] | None = None,
+) -> Path:
+    """All accepted steps up to ``end`` [s]; an error if the run stops.
+
+    ``heated`` gives the coefficients at a time, when they change.
+    """
+    coefficients = heated or (lambda t: made.coef)
+    state, why = initial_state(made.system, control, coefficients(0.0))
+    steps: list[tuple[State, Array]] = []
+    for k in range(windows):
+        if state is None or why:
+            raise RuntimeError(why)
+        t = k * end / windows
+        h = (k + 1) * end / windows - t
+        c0, c1 = coefficients(t), coefficients(t + h)
+        window = Window(state.motion.t, h, c0, c0 if heated is None else c1)
+        state, _, why = advance(
+            made.system, control, state, window, lambda s, r: steps.append((s, r))
+        )
+    if why:
+        raise RuntimeError(why)
+    motions = [s.motion for s, _ in steps]
+    return Path(
+        np.array([m.t for m in motions]), np.array([m.q for m in motions]),
+        np.array([m.v for m in motions]), np.array([m.lam for m in motions]),
+        np.array([r for _, r in steps]), np.array([s.ledger for s, _ in steps]),
+    )  # fmt: skip
+
+
+def order(errors: Array, ratio: float = 2.0) -> float:
+    """Observed order from the last two of a sequence of errors, steps refined by ``ratio``."""
+    return float(np.log(errors[-2] / errors[-1]) / np.log(ratio))
