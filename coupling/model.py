@@ -13,7 +13,7 @@ from coupling import manager
 from coupling.descriptions import heat_description, motion_description
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
-from coupling.motion_tables import ClearanceRevolute, LineBody
+from coupling.motion_tables import GROUND
 from coupling.places import node_of
 from coupling.plan import plan
 from coupling.scene import Scene
@@ -158,19 +158,25 @@ class Model:
         return [] if contact is None else list(contact.names)
 
     def joint_attributes(self) -> dict[str, dict[str, Any]]:
-        """Geometry of the clearance joints."""
-        return {
-            name: {"radius": joint.radius, "reference_clearance": joint.clearance,
-                   "axis": np.array(joint.axis), **self._journal(joint)}
-            for name, joint in self.scene.joint.items()
-            if isinstance(joint, ClearanceRevolute)
-        }  # fmt: skip
+        """Geometry of the clearance joints; ``directions`` are the axes of the orbit at t = 0."""
+        contact = self.motion_solver.system.contact
+        rows: dict[str, dict[str, Any]] = {}
+        for name, plane in zip(self.joint_names(), [] if contact is None else contact.planes, strict=True):
+            joint = self.scene.joint[name]
+            rows[name] = {
+                "radius": joint.radius, "reference_clearance": joint.clearance,
+                "axis": np.array(joint.axis), "directions": plane,
+                "position": self.layout.x[self.layout.point_index[f"{name}.bearing"][0]],
+                **self._side("journal", joint.journal), **self._side("bearing", joint.bearing),
+            }  # fmt: skip
+        return rows
 
-    def _journal(self, joint: ClearanceRevolute) -> dict[str, Any]:
-        if joint.journal.body == "ground":
+    def _side(self, side: str, site: Any) -> dict[str, Any]:
+        """Body and node of one side of a joint; nothing for the ground."""
+        if site.body == GROUND:
             return {}
-        node = node_of(self.scene.points[joint.journal.body], joint.journal.at)
-        return {"journal_body": joint.journal.body, "journal_node": node}
+        node = node_of(self.scene.points[site.body], site.at)
+        return {f"{side}_body": site.body, f"{side}_node": node}
 
     def driven_rows(self) -> NDArray[np.intp]:
         """Constraint row that drives each clearance joint; -1 where none does."""

@@ -128,6 +128,11 @@ class Recorder:
         """
         self._state = state
 
+    @property
+    def saved_state(self) -> Any:
+        """The state as it was given, or as nested dictionaries after ``reopen``."""
+        return self._state
+
     def begin(self) -> None:
         """From here on, rows and state may be taken back."""
         if self._staged:

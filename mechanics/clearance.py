@@ -154,6 +154,7 @@ class Clearance:
     names : joints
     dofs : (n_j, 18) int  coordinates of journal and bearing; -1 where absent
     points : (n_j, 2) int  rows of journal and bearing in the temperature array
+    planes : (n_j, 2, 3) float  directions of y1 and y2 in the reference
     factors : (n_j,) float  D of the dissipation law and restitution of each joint
     columns : names of the columns of ``response``
     """
@@ -161,6 +162,7 @@ class Clearance:
     names: tuple[str, ...]
     dofs: Indices
     points: Indices
+    planes: Array
     joints: tuple[ClearanceRevolute, ...]
     factors: Array
     terms: Terms
@@ -261,7 +263,8 @@ def build(joints: Sequence[ClearanceRevolute], layout: Layout) -> Clearance:
     sides = [(layout.site(joint.journal), layout.site(joint.bearing)) for joint in joints]
     for joint in joints:
         _check(joint)
-    products = [p for joint, ab in zip(joints, sides, strict=True) for p in _products(joint, *ab)]
+    planes = np.array([_plane(joint, *ab) for joint, ab in zip(joints, sides, strict=True)])
+    products = [p for ab, plane in zip(sides, planes, strict=True) for p in _products(*ab, plane)]
     dofs = np.array([np.concatenate([a.dofs, b.dofs]) for a, b in sides], dtype=np.intp)
     count = len(products)
     terms = Terms(
@@ -277,7 +280,8 @@ def build(joints: Sequence[ClearanceRevolute], layout: Layout) -> Clearance:
     points = np.array([[layout.point_index[p][0] for p in pair] for pair in parts], dtype=np.intp)
     laws = [joint.contact for joint in joints]
     factors = np.array([contact.DISSIPATION[w.dissipation](w.restitution) for w in laws])
-    return Clearance(tuple(j.name for j in joints), dofs, points, tuple(joints), factors, terms)
+    names = tuple(j.name for j in joints)
+    return Clearance(names, dofs, points, planes, tuple(joints), factors, terms)
 
 
 def _check(joint: ClearanceRevolute) -> None:
@@ -289,20 +293,21 @@ def _check(joint: ClearanceRevolute) -> None:
         raise ValueError(f"joint {joint.name!r}: a linear contact needs its stiffness")
 
 
-def _products(joint: ClearanceRevolute, a: Side, b: Side) -> list[tuple[Array, Array]]:
-    """(u, w) of y1, y2 and of cosine and sine of the turn."""
+def _plane(joint: ClearanceRevolute, a: Side, b: Side) -> Array:
+    """(2, 3) unit vectors along which y1 and y2 are measured in the reference."""
     axis = unit(joint.axis)
-    turning = np.zeros(7)
-    if a.kind == PARTICLE:
-        first = normal_to(axis, b.triad)
-    elif a.kind == CABLE:
+    if a.kind == CABLE:
         first = unit(a.triad[0] - (a.triad[0] @ axis) * axis)
-        turning = direction(a, first)
     else:
-        first = normal_to(axis, a.triad if a.kind != FIXED else b.triad)
-        turning = direction(a, first)
-    plane = [unit_direction(b, e) for e in (first, np.cross(axis, first))]
-    return [(np.zeros(7), w) for w in plane] + [(turning, w) for w in plane]
+        first = normal_to(axis, b.triad if a.kind in (PARTICLE, FIXED) else a.triad)
+    return np.array([first, np.cross(axis, first)])
+
+
+def _products(a: Side, b: Side, plane: Array) -> list[tuple[Array, Array]]:
+    """(u, w) of y1, y2 and of cosine and sine of the turn."""
+    turning = np.zeros(7) if a.kind == PARTICLE else direction(a, plane[0])
+    sides = [unit_direction(b, e) for e in plane]
+    return [(np.zeros(7), w) for w in sides] + [(turning, w) for w in sides]
 
 
 def _coefficients(joint: ClearanceRevolute, factor: float, Tj: float, Tb: float) -> Array:
