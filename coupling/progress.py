@@ -16,8 +16,8 @@ class Progress:
         self.console = console
         self.bar: Any = None
         self.task: Any = None
-        self.started = time.monotonic()
-        self.said = self.started
+        self.first: tuple[float, float] | None = None  # clock and time of the first window
+        self.said = time.monotonic()
 
     def __enter__(self) -> "Progress":
         return self
@@ -35,6 +35,8 @@ class Progress:
         """A coupling window is done."""
         if self.console is None:
             return
+        if self.first is None:
+            self.first = time.monotonic(), window.t
         text = model.progress_text(window)
         if self.console.is_terminal:
             self._advance_bar(model, window, text)
@@ -44,9 +46,13 @@ class Progress:
                                f"{self._left(model, window)} left · {text}", highlight=False)
 
     def _left(self, model: Any, window: Done) -> str:
-        spent = time.monotonic() - self.started
-        seconds = spent * (model.end / window.t - 1.0)
-        minutes, seconds = divmod(round(seconds), 60)
+        """Time left at the mean pace since the first window, which alone compiles kernels."""
+        assert self.first is not None
+        clock, t = self.first
+        if window.t <= t:
+            return "?"
+        pace = (time.monotonic() - clock) / (window.t - t)
+        minutes, seconds = divmod(round(pace * (model.end - window.t)), 60)
         return f"{minutes}:{seconds:02d}"
 
     def _advance_bar(self, model: Any, window: Done, text: str) -> None:
