@@ -17,6 +17,7 @@ from coupling.draft import Draft, Where
 from coupling.errors import BadCase, Problem, joined, shown, suggestion
 from coupling.fields import said
 from coupling.heat_tables import Thermal
+from coupling.motion_tables import GROUND
 from coupling.overrides import Override
 from coupling.references import check
 from coupling.scene import ROOM_TEMPERATURE, Scene
@@ -116,6 +117,7 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
     except ValueError as error:  # TOMLDecodeError, or a number of too many digits
         match = _POSITION.fullmatch(str(error))
         place, what = (match[2] or "end of file", match[1]) if match else ("", str(error))
+        what = what.replace("Cannot overwrite a value", "the key is there twice")
         problem = Problem(place, f"not TOML: {what}")
     raise BadCase(source, [problem])
 
@@ -164,11 +166,14 @@ def _read_named(draft: Draft, where: Where, raw: Any, kind: Any) -> None:
         draft.problems.append(Problem(joined(where), text))
         return
     for name, value in raw.items():
-        if _NAME.fullmatch(name):
-            _read_one(draft, (*where, name), value, kind)
-        else:
+        if not _NAME.fullmatch(name):
             text = "a name consists of letters, digits, _ and -"
             draft.problems.append(Problem(joined((*where, shown(name))), text))
+        elif (*where, name) == ("body", GROUND):
+            text = "the name is taken: the ground is always there"
+            draft.problems.append(Problem(joined((*where, name)), text))
+        else:
+            _read_one(draft, (*where, name), value, kind)
 
 
 def _read_one(draft: Draft, where: Where, raw: Any, kind: Any) -> None:

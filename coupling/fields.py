@@ -45,6 +45,11 @@ class Table(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, populate_by_name=True)
 
     @classmethod
+    def model_parametrized_name(cls, params: tuple[type[Any], ...]) -> str:
+        """Tables for different units have the same name in the JSON schema."""
+        return cls.__name__
+
+    @classmethod
     def odd_keys(cls, keys: set[str]) -> Iterator[tuple[str, str]]:
         """Problems (key, text) of which keys are present, found before values are read."""
         return iter(())

@@ -1,6 +1,6 @@
 """Functions of time as they stand in the case file: loads, drives, temperatures."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf
@@ -136,6 +136,12 @@ class HistoryTable(Table, Generic[V, D, R]):
         return shape.history()
 
 
+def read_by(read: Callable[..., Any], tables: CoreSchema) -> CoreSchema:
+    """What pydantic does with a field that ``read`` reads, and leaves as it is when dumping."""
+    as_it_is = core_schema.plain_serializer_function_ser_schema(lambda value: value)
+    return core_schema.no_info_wrap_validator_function(read, tables, serialization=as_it_is)
+
+
 def either(value: Quantity, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
     """JSON schema of a plain value or the table in its place."""
     number = value.__get_pydantic_json_schema__(schema, handler)
@@ -172,7 +178,7 @@ class HistoryOf:
             Annotated[float, Quantity(self.rate)],
         ]
         tables = handler.generate_schema(shapes)
-        return core_schema.no_info_wrap_validator_function(self.read, tables)
+        return read_by(self.read, tables)
 
     def __get_pydantic_json_schema__(
         self, schema: Any, handler: GetJsonSchemaHandler
@@ -180,10 +186,8 @@ class HistoryOf:
         return either(self.value, schema, handler)
 
 
-TemperatureHistory = Annotated[
-    histories.History,
-    HistoryOf(TEMPERATURE, quantities.DIFFERENCE, quantities.TEMPERATURE_RATE),
-]
+OF_TEMPERATURE = HistoryOf(TEMPERATURE, quantities.DIFFERENCE, quantities.TEMPERATURE_RATE)
+TemperatureHistory = Annotated[histories.History, OF_TEMPERATURE]
 AngleHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.ANGLE), quantities.ANGLE, quantities.ANGULAR_SPEED),
@@ -229,12 +233,12 @@ class EndsOf:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         whole = handler.generate_schema(TemperatureHistory)
-        return core_schema.no_info_wrap_validator_function(self.read, whole)
+        return read_by(self.read, whole)
 
     def __get_pydantic_json_schema__(
         self, schema: Any, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        whole = handler(schema["schema"])
+        whole = OF_TEMPERATURE.__get_pydantic_json_schema__(schema["schema"], handler)
         pair = {
             "type": "object",
             "properties": {"start": whole, "end": whole},

@@ -7,11 +7,11 @@ from math import inf
 from typing import Annotated, Any, Generic
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema
 
 from coupling import quantities
 from coupling.fields import Path, Quantity, Table, Temperature, faults
-from coupling.functions import PAIR, V, either
+from coupling.functions import PAIR, V, either, read_by
 from coupling.quantities import Kind
 
 
@@ -118,7 +118,7 @@ class LawOf:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         tables = handler.generate_schema(LawTable[Annotated[float, self.value]])
-        return core_schema.no_info_wrap_validator_function(self.read, tables)
+        return read_by(self.read, tables)
 
     def __get_pydantic_json_schema__(
         self, schema: Any, handler: GetJsonSchemaHandler

@@ -92,6 +92,9 @@ _COMMON = (
     *("J", "kJ", "W", "kW", "watt", "m/s", "mm/s"),
 )
 
+SMALLEST, LARGEST = 1e-30, 1e30
+"""Beyond these, in SI units, squares and quotients of numbers would leave what a float holds."""
+
 
 def read(value: Any, kind: Kind) -> float:
     """The number that ``value`` says, in the SI unit of ``kind``.
@@ -108,6 +111,9 @@ def read(value: Any, kind: Kind) -> float:
         raise ValueError(f"expected {expected(kind)}, got {shown(value)}")
     if not isfinite(number):
         raise ValueError(f"expected {kind.name} that is finite, got {shown(value)}")
+    if number and not SMALLEST < abs(number) < LARGEST:
+        size = "large" if abs(number) > 1.0 else "small"
+        raise ValueError(f"expected {kind.name} of sensible size, got {shown(value)}: too {size}")
     return number
 
 

@@ -27,8 +27,6 @@ def check(draft: Draft) -> list[Problem]:
 
 
 def _bodies(draft: Draft) -> Iterator[Problem]:
-    if GROUND in draft.names("body"):
-        yield Problem("body.ground", "the name is taken: the ground is always there")
     for name, body in draft.named("body").items():
         if isinstance(body, LineBody):
             if body.section not in draft.names("section"):

@@ -1,0 +1,850 @@
+# ruff: noqa: E501 (one line for each broken case)
+"""Broken cases: each ends in exit code 2 with all its problems, and writes nothing."""
+
+import contextlib
+import copy
+import os
+import random
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from coupling.casefile import from_text
+from coupling.cli import app
+from coupling.errors import BadCase
+from coupling.overrides import toml
+
+GOOD = """
+title = "a boom on a hinge"
+
+[time]
+end = "2 s"
+window = "0.5 s"
+
+[section.tube]
+kind = "tube"
+mean_radius = "20 mm"
+thickness = "1 mm"
+
+[body.boom]
+kind = "beam"
+start = [0, 0, 0]
+end = ["2 m", 0, 0]
+elements = 4
+normal = [0, 1, 0]
+section = "tube"
+material = "al6061"
+
+[body.ball]
+kind = "particle"
+position = ["2 m", 0, 0]
+mass = "1 kg"
+
+[joint.hinge]
+kind = "clearance_revolute"
+journal = { body = "boom", at = "start" }
+axis = [0, 0, 1]
+radius = "10 mm"
+clearance = "0.1 mm"
+journal_material = "steel-304"
+bearing_material = "al6061"
+contact = { restitution = 0.9 }
+friction = { coefficient = 0.1 }
+
+[joint.tip]
+kind = "spherical"
+a = { body = "boom", at = "end" }
+b = { body = "ball" }
+
+[load.push]
+kind = "force"
+at = { body = "boom", at = "1 m" }
+direction = [0, 1, 0]
+amplitude = { ramp = { end = "1 s", from = 0, to = "10 N" } }
+
+[thermal]
+initial = "20 degC"
+
+[thermal.wall.sun]
+body = "boom"
+start = "1 m"
+side = [0, 1, 0]
+hot = "40 degC"
+cold = { start = "20 degC", end = "30 degC" }
+
+[thermal.radiation.space]
+body = "boom"
+emissivity = 0.8
+sink = "3 K"
+
+[thermal.part.pin]
+of = "hinge.journal"
+material = "steel-304"
+mass = "0.2 kg"
+
+[thermal.link.pin]
+a = { part = "pin" }
+b = { body = "boom", at = "start" }
+conductance = "1 W/K"
+
+[probe.tip]
+body = "boom"
+at = "end"
+"""
+
+
+def changed(*changes: tuple[str, str]) -> str:
+    text = GOOD
+    for old, new in changes:
+        assert text.count(old) == 1, f"{old!r} is not there once"
+        text = text.replace(old, new)
+    return text
+
+
+def added(text: str) -> str:
+    return GOOD + text
+
+
+# name: (text of the case, the problems as "path: part of the text")
+BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
+    # ---- not a case at all
+    "empty": ("", [": the file is empty"]),
+    "blank": (" \n\t\n", [": the file is empty"]),
+    "only a comment": ("# nothing\n", ["time: missing", "body: missing"]),
+    "not TOML": ("[time]\nend = \n", ["line 2, column 7: not TOML"]),
+    "unfinished string": ('title = "no end', ["end of file: not TOML"]),
+    "binary": (b"\x89HDF\r\n\x1a\n\xff\xfe\x00", [": is not text"]),
+    "zeros": (b"\x00" * 50, [": is a binary file"]),
+    "nested too deeply": ("a = " + "[" * 5000, [": not TOML"]),
+    "number of many digits": ("a = 1" + "0" * 5000, ["not TOML"]),
+    "duplicate table": (
+        added("[joint.tip]\nkind='clamp'\n"),
+        ["line 77, column 11: not TOML: Cannot declare ('joint', 'tip') twice"],
+    ),
+    "duplicate key": (
+        changed(("elements = 4", "elements = 4\nelements = 5")),
+        ["line 18, column 13: not TOML: the key is there twice"],
+    ),
+    # ---- keys
+    "unknown table": (
+        added("[bodies.x]\nkind = 'beam'\n"),
+        ["bodies: unknown key; did you mean 'body'"],
+    ),
+    "unknown key": (
+        changed(('clearance = "0.1 mm"', 'clearence = "0.1 mm"')),
+        [
+            "joint.hinge.clearance: missing",
+            "joint.hinge.clearence: unknown key; did you mean 'clearance'",
+        ],
+    ),
+    "unknown key in an inline table": (
+        changed(("{ restitution = 0.9 }", "{ restitutoin = 0.9 }")),
+        ["joint.hinge.contact.restitutoin: unknown key; did you mean 'restitution'"],
+    ),
+    "unknown key, nothing like it": (
+        changed(("elements = 4", "elements = 4\nzzz = 1")),
+        ["body.boom.zzz: unknown key; known here: kind, start"],
+    ),
+    "keys of another section": (
+        changed(('kind = "tube"', 'kind = "circle"')),
+        [
+            "section.tube.radius: missing",
+            "section.tube.mean_radius: unknown key; did you mean 'radius'",
+            "section.tube.thickness: unknown key",
+        ],
+    ),
+    "no time": (changed(('[time]\nend = "2 s"\nwindow = "0.5 s"\n', "")), ["time: missing"]),
+    "no body": ("[time]\nend = 1\nwindow = 1\n", ["body: missing"]),
+    "empty body": ("[time]\nend = 1\nwindow = 1\n[body]\n", ["body: missing"]),
+    "body without kind": (changed(('kind = "particle"\n', "")), ["body.ball.kind: missing"]),
+    "unknown kind": (
+        changed(('kind = "particle"', 'kind = "partical"')),
+        [
+            "body.ball.kind: expected 'beam', 'cable' or 'particle', got 'partical'; did you mean 'particle'"
+        ],
+    ),
+    "several missing": (
+        changed(('section = "tube"\nmaterial = "al6061"\n', ""), ("start = [0, 0, 0]\n", "")),
+        ["body.boom.section: missing", "body.boom.material: missing", "body.boom.start: missing"],
+    ),
+    "ground as a name": (
+        added("[body.ground]\nkind='particle'\nposition=[9,9,9]\nmass=1\n"),
+        ["body.ground: the name is taken"],
+    ),
+    "name with a space": (
+        added('[probe."my tip"]\nbody="ball"\n'),
+        ["probe.'my tip': a name consists of"],
+    ),
+    # ---- types
+    "text for a count": (
+        changed(("elements = 4", 'elements = "many"')),
+        ["body.boom.elements: expected a positive integer, got 'many'"],
+    ),
+    "fraction for a count": (
+        changed(("elements = 4", "elements = 4.5")),
+        ["body.boom.elements: expected a positive"],
+    ),
+    "zero elements": (
+        changed(("elements = 4", "elements = 0")),
+        ["body.boom.elements: expected a positive"],
+    ),
+    "huge count": (
+        changed(("elements = 4", "elements = 10_000_000_000")),
+        ["body.boom.elements: expected at most"],
+    ),
+    "true for a number": (
+        changed(('mass = "1 kg"', "mass = true")),
+        ["body.ball.mass: expected a mass"],
+    ),
+    "number for a table": (
+        changed(("{ coefficient = 0.1 }", "0.1")),
+        ["joint.hinge.friction: expected a table, got 0.1"],
+    ),
+    "number for named tables": (
+        "load = 3\n[time]\nend = 1\nwindow = 1\n[body.ball]\nkind='particle'\nposition=[0,0,0]\nmass=1\n",
+        ["load: expected tables with names such as [load.NAME], got 3"],
+    ),
+    "array of tables": (added("[[output]]\nframes = 3\n"), ["output: expected a table, got"]),
+    "two coordinates": (
+        changed(('end = ["2 m", 0, 0]', 'end = ["2 m", 0]')),
+        ["body.boom.end: expected three numbers"],
+    ),
+    "date": (changed(('mass = "1 kg"', "mass = 2024-01-01")), ["body.ball.mass: expected a mass"]),
+    "number for a title": (
+        changed(('title = "a boom on a hinge"', "title = 5")),
+        ["title: expected text in quotes, got 5"],
+    ),
+    "NaN": (
+        changed(('mass = "1 kg"', "mass = nan")),
+        ["body.ball.mass: expected a mass that is finite"],
+    ),
+    "infinity": (
+        changed(('end = "2 s"', "end = inf")),
+        ["time.end: expected a time that is finite"],
+    ),
+    "huge number": (
+        changed(('mass = "1 kg"', "mass = 1e999")),
+        ["body.ball.mass: expected a mass that is finite"],
+    ),
+    "NaN in a vector": (
+        changed(("start = [0, 0, 0]", "start = [0, nan, 0]")),
+        ["body.boom.start[1]: expected a length"],
+    ),
+    # ---- units
+    "unit of another dimension": (
+        changed(('mass = "1 kg"', 'mass = "1 m"')),
+        [
+            "body.ball.mass: expected a mass such as '1.5 kg' (a plain number is in kg), but 'm' is the unit of a length"
+        ],
+    ),
+    "coulomb for Celsius": (
+        changed(('initial = "20 degC"', 'initial = "20 C"')),
+        ["thermal.initial: expected a temperature"],
+    ),
+    "no unit": (changed(('mass = "1 kg"', 'mass = "1"')), ["body.ball.mass: '1' has no unit"]),
+    "unknown unit": (
+        changed(('radius = "10 mm"\nc', 'radius = "10 milimeter"\nc')),
+        ["joint.hinge.radius: unknown unit 'milimeter'"],
+    ),
+    "unit in a coordinate": (
+        changed(('["2 m", 0, 0]\nelem', '["2 m", "0 kg", 0]\nelem')),
+        ["body.boom.end[1]: expected a length"],
+    ),
+    "hertz for a rate": (
+        changed(
+            (
+                "friction = {",
+                'angle = { s_curve = { rate = "1 Hz", rise = "1 s", total = "90 deg" } }\nfriction = {',
+            )
+        ),
+        ["joint.hinge.angle.s_curve.rate: expected an angular speed"],
+    ),
+    # ---- geometry and physics
+    "no length": (
+        changed(('end = ["2 m", 0, 0]', "end = [0, 0, 0]")),
+        ["body.boom.end: is the same point as start"],
+    ),
+    "parallel normal": (
+        changed(("normal = [0, 1, 0]", "normal = [-3, 0, 0]")),
+        ["body.boom.normal: must not be parallel"],
+    ),
+    "normal of a cable": (
+        changed(('kind = "beam"', 'kind = "cable"')),
+        ["body.boom.normal: does not go with a cable"],
+    ),
+    "zero axis": (
+        changed(("axis = [0, 0, 1]", "axis = [0, 0, 0]")),
+        ["joint.hinge.axis: expected a direction, got the zero"],
+    ),
+    "negative clearance": (
+        changed(('clearance = "0.1 mm"', 'clearance = "-0.1 mm"')),
+        ["joint.hinge.clearance: expected a length above 0 m, got '-0.1 mm'"],
+    ),
+    "clearance beyond the radius": (
+        changed(('clearance = "0.1 mm"', 'clearance = "1 cm"')),
+        ["joint.hinge.clearance: must be below the journal radius"],
+    ),
+    "restitution of zero": (
+        changed(("restitution = 0.9", "restitution = 0")),
+        ["joint.hinge.contact.restitution: expected a number above 0 and at most 1"],
+    ),
+    "restitution above one": (
+        changed(("restitution = 0.9", "restitution = 1.1")),
+        ["joint.hinge.contact.restitution: expected a number"],
+    ),
+    "linear contact without value": (
+        changed(("{ restitution = 0.9 }", "{ stiffness = 'linear' }")),
+        ["joint.hinge.contact.value: missing"],
+    ),
+    "unit of the other contact": (
+        changed(("{ restitution = 0.9 }", "{ stiffness = 'linear', value = '1 N/m^1.5' }")),
+        ["joint.hinge.contact.value: expected a stiffness"],
+    ),
+    "unknown hysteresis law": (
+        changed(("{ restitution = 0.9 }", "{ dissipation = 'florse' }")),
+        [
+            "joint.hinge.contact.dissipation: there is no hysteresis law 'florse'; did you mean 'flores'"
+        ],
+    ),
+    "emissivity above one": (
+        changed(("emissivity = 0.8", "emissivity = 1.2")),
+        ["thermal.radiation.space.emissivity: expected a number at least 0 and at most 1"],
+    ),
+    "below absolute zero": (
+        changed(('initial = "20 degC"', 'initial = "-280 degC"')),
+        ["thermal.initial: expected a temperature above 0 K"],
+    ),
+    "history below absolute zero": (
+        changed(
+            (
+                'hot = "40 degC"',
+                'hot = { sine = { amplitude = "400 K", frequency = 1, offset = "20 degC" } }',
+            )
+        ),
+        ["thermal.wall.sun.hot: falls to -106.85 K"],
+    ),
+    "tube without a bore": (
+        changed(('thickness = "1 mm"', 'thickness = "4 cm"')),
+        ["section.tube.thickness: must be less than twice"],
+    ),
+    "odd number of wall points": (
+        changed(('initial = "20 degC"', 'initial = "20 degC"\nwall_points = 5')),
+        ["thermal.wall_points: must be 1, or an even number"],
+    ),
+    "alpha of the integrator": (
+        added("[integrator]\nalpha = 0.1\n"),
+        ["integrator.alpha: expected a number"],
+    ),
+    "steps in the wrong order": (
+        added("[integrator]\nlargest_step=1e-3\nsmallest_step=1e-2\n"),
+        ["integrator.smallest_step: must not exceed"],
+    ),
+    "Poisson's ratio of one half": (
+        added(
+            "[material.m]\ndensity=1\nyoungs_modulus=1\npoissons_ratio=0.5\nexpansion=0\nconductivity=1\nheat_capacity=1\n"
+        ),
+        ["material.m.poissons_ratio: expected a number above -1 and below 0.5, got 0.5"],
+    ),
+    "modulus that becomes negative": (
+        added(
+            "[material.m]\ndensity=1\nyoungs_modulus={polynomial=[1e9, -1e7], reference=300, range=[200, 500]}\npoissons_ratio=0.3\nexpansion=0\nconductivity=1\nheat_capacity=1\n"
+        ),
+        ["material.m: youngs_modulus must be positive"],
+    ),
+    "polynomial without range": (
+        added(
+            "[material.m]\ndensity=1\nyoungs_modulus={polynomial=[1e9]}\npoissons_ratio=0.3\nexpansion=0\nconductivity=1\nheat_capacity=1\n"
+        ),
+        ["material.m.youngs_modulus.range: missing"],
+    ),
+    "material table that goes back": (
+        added(
+            "[material.m]\ndensity=1\nyoungs_modulus={table=[[300,1e9],[200,2e9]]}\npoissons_ratio=0.3\nexpansion=0\nconductivity=1\nheat_capacity=1\n"
+        ),
+        ["material.m.youngs_modulus.table: the temperatures must increase"],
+    ),
+    # ---- time
+    "not a whole number of windows": (
+        changed(('window = "0.5 s"', 'window = "0.3 s"')),
+        ["time.end: must be a whole number of windows of 0.3 s, got 2 s"],
+    ),
+    "window beyond the end": (
+        changed(('window = "0.5 s"', 'window = "5 s"')),
+        ["time.end: must be a whole number"],
+    ),
+    "zero window": (
+        changed(('window = "0.5 s"', "window = 0")),
+        ["time.window: expected a time above 0 s"],
+    ),
+    "ramp that ends before it starts": (
+        changed(('{ end = "1 s", from', '{ start = "2 s", end = "1 s", from')),
+        ["load.push.amplitude.ramp.end: must come after the start"],
+    ),
+    "history of two shapes": (
+        changed(
+            (
+                'hot = "40 degC"',
+                "hot = { step = { at = 1, from = 300, to = 310 }, table = [[0, 300]] }",
+            )
+        ),
+        ["thermal.wall.sun.hot: expected one of table, ramp, step, sine, s_curve, got 2 keys"],
+    ),
+    "history of no known shape": (
+        changed(('hot = "40 degC"', "hot = { rampe = { end = 1, from = 300, to = 310 } }")),
+        ["thermal.wall.sun.hot.rampe: unknown key; did you mean 'ramp'"],
+    ),
+    "table that goes back in time": (
+        changed(('hot = "40 degC"', "hot = { table = [[1, 300], [0, 310]] }")),
+        ["thermal.wall.sun.hot.table: the times must increase"],
+    ),
+    "row of three": (
+        changed(('hot = "40 degC"', "hot = { table = [[0, 300, 1]] }")),
+        ["thermal.wall.sun.hot.table[0]: expected a pair"],
+    ),
+    "temperature in watts in a table": (
+        changed(('hot = "40 degC"', "hot = { table = [[0, '1 W']] }")),
+        ["thermal.wall.sun.hot.table[0][1]: expected a temperature"],
+    ),
+    "s_curve too short": (
+        changed(
+            (
+                "friction = {",
+                "angle = { s_curve = { rate = 1, rise = 2, total = 1 } }\nfriction = {",
+            )
+        ),
+        ["joint.hinge.angle.s_curve.total: is reached before the rate has risen"],
+    ),
+    "end missing of two histories": (
+        changed(('{ start = "20 degC", end = "30 degC" }', '{ start = "20 degC" }')),
+        ["thermal.wall.sun.cold.end: missing"],
+    ),
+    # ---- references
+    "no such section": (
+        changed(('section = "tube"', 'section = "tub"')),
+        ["body.boom.section: there is no section 'tub'; did you mean 'tube'"],
+    ),
+    "no such material": (
+        changed(('section = "tube"\nmaterial = "al6061"', 'section = "tube"\nmaterial = "al6016"')),
+        ["body.boom.material: there is no material 'al6016'; did you mean 'al6061'"],
+    ),
+    "no such body": (
+        changed(('b = { body = "ball" }', 'b = { body = "bal" }')),
+        ["joint.tip.b.body: there is no body 'bal'; did you mean 'ball'"],
+    ),
+    "no such body for a probe": (
+        changed(('[probe.tip]\nbody = "boom"', '[probe.tip]\nbody = "bom"')),
+        ["probe.tip.body: there is no body 'bom'; did you mean 'boom'"],
+    ),
+    "no such joint": (
+        changed(('of = "hinge.journal"', 'of = "hing.journal"')),
+        ["thermal.part.pin.of: there is no joint 'hing'; did you mean 'hinge'"],
+    ),
+    "no such side": (
+        changed(('of = "hinge.journal"', 'of = "hinge.pin"')),
+        ["thermal.part.pin.of: expected 'JOINT.journal' or 'JOINT.bearing'"],
+    ),
+    "side of a joint without clearance": (
+        changed(('of = "hinge.journal"', 'of = "tip.journal"')),
+        ["thermal.part.pin.of: joint.tip is a spherical"],
+    ),
+    "no such part": (
+        changed(('a = { part = "pin" }', 'a = { part = "pine" }')),
+        ["thermal.link.pin.a.part: there is no part 'pine'; did you mean 'pin'"],
+    ),
+    "no such solver": (
+        changed(('initial = "20 degC"', 'initial = "20 degC"\nsolver = "lines"')),
+        ["thermal.solver: there is no thermal solver 'lines'; did you mean 'line'"],
+    ),
+    "no node there": (
+        changed(('at = "1 m"', 'at = "1.1 m"')),
+        ["load.push.at.at: no node at 1.1 m; the nearest are at 1 m and 1.5 m"],
+    ),
+    "beyond the end": (
+        changed(('at = "1 m"', 'at = "3 m"')),
+        ["load.push.at.at: lies beyond the end: the body is 2 m long"],
+    ),
+    "no place": (
+        changed(('{ body = "boom", at = "1 m" }', '{ body = "boom" }')),
+        ["load.push.at.at: missing"],
+    ),
+    "place of a particle": (
+        changed(('b = { body = "ball" }', 'b = { body = "ball", at = "end" }')),
+        ["joint.tip.b.at: 'ball' is a particle"],
+    ),
+    "load on the ground": (
+        changed(('{ body = "boom", at = "1 m" }', '{ body = "ground" }')),
+        ["load.push.at.body: a load acts on a body"],
+    ),
+    "moment on a particle": (
+        added("[load.m]\nkind='moment'\nat={body='ball'}\ndirection=[1,0,0]\namplitude=1\n"),
+        ["load.m.at.body: 'ball' is a particle: only beams take moments"],
+    ),
+    "drive on a particle": (
+        added("[joint.d]\nkind='revolute'\na={body='ball'}\naxis=[0,0,1]\nangle=1\n"),
+        ["joint.d.a.body: 'ball' is a particle: it has no orientation and cannot be driven"],
+    ),
+    "clamped particle": (
+        added("[joint.c]\nkind='clamp'\na={body='ball'}\n"),
+        ["joint.c.a.body: 'ball' is a particle"],
+    ),
+    "points apart": (
+        changed(('a = { body = "boom", at = "end" }', 'a = { body = "boom", at = "1 m" }')),
+        ["joint.tip: its points a and b are 1 m apart"],
+    ),
+    "journal outside its bearing": (
+        changed(
+            (
+                "axis = [0, 0, 1]",
+                'bearing = { body = "ground", position = [0, "1 mm", 0] }\naxis = [0, 0, 1]',
+            )
+        ),
+        ["joint.hinge.journal: starts 0.001 m off the centre of the bearing"],
+    ),
+    "joint with itself": (
+        added("[joint.s]\nkind='spherical'\na={body='ball'}\nb={body='ball'}\n"),
+        ["joint.s: joins a point of 'ball' with itself"],
+    ),
+    "joint on the ground": (
+        added("[joint.s]\nkind='spherical'\na={body='ground'}\n"),
+        ["joint.s: has the ground on both sides"],
+    ),
+    "the same joint twice": (
+        added("[joint.s]\nkind='spherical'\na={body='ball'}\nb={body='boom',at='2 m'}\n"),
+        ["joint.s: holds the same points in the same way as joint.tip"],
+    ),
+    "distance of nothing": (
+        added("[joint.s]\nkind='distance'\na={body='ball'}\nb={body='ground'}\n"),
+        ["joint.s: its two points coincide; give the ground a position"],
+    ),
+    "journal of two parts": (
+        added("[thermal.part.two]\nof='hinge.journal'\nmaterial='invar'\nmass=1\n"),
+        ["thermal.part.two.of: 'hinge.journal' is thermal.part.pin already"],
+    ),
+    "part with the name of a body": (
+        added("[thermal.part.boom]\nmaterial='invar'\nmass=1\n"),
+        ["thermal.part.boom: a body has the same name"],
+    ),
+    "heat on a particle": (
+        changed(
+            ('[thermal.radiation.space]\nbody = "boom"', '[thermal.radiation.space]\nbody = "ball"')
+        ),
+        ["thermal.radiation.space.body: 'ball' is a particle"],
+    ),
+    "wall beyond the body": (
+        changed(('start = "1 m"', 'start = "1 m"\nend = "3 m"')),
+        ["thermal.wall.sun.end: lies outside body 'boom', from 0 to 2 m, got 3 m"],
+    ),
+    "wall that ends before it starts": (
+        changed(('start = "1 m"', 'start = "1 m"\nend = "0.5 m"')),
+        ["thermal.wall.sun.end: must be beyond the start"],
+    ),
+    "wall between the nodes": (
+        changed(('start = "1 m"', 'start = "1.1 m"\nend = "1.2 m"')),
+        ["thermal.wall.sun: no node of body 'boom' lies on this stretch"],
+    ),
+    "side along the body": (
+        changed(("side = [0, 1, 0]", "side = [1, 0, 0]")),
+        ["thermal.wall.sun.side: is parallel to body 'boom'"],
+    ),
+    "two walls on one stretch": (
+        added("[thermal.wall.two]\nbody='boom'\nend=1.5\nside=[0,1,0]\nhot=300\ncold=300\n"),
+        ["thermal.wall.two: gives the temperature of 'boom' at 1 m, and so does thermal.wall.sun"],
+    ),
+    "wall and fixed end": (
+        added("[thermal.fixed.f]\nat={body='boom',at='end'}\ntemperature=300\n"),
+        ["thermal.fixed.f: gives the temperature of 'boom' at 2 m, and so does thermal.wall.sun"],
+    ),
+    "prescribed in part": (
+        changed(('initial = "20 degC"', 'initial = "20 degC"\nsolver = "prescribed"')),
+        ["body.boom: the prescribed solver needs a wall along all of it; none at 0 m"],
+    ),
+    "link to itself": (
+        changed(('b = { body = "boom", at = "start" }\ncond', 'b = { part = "pin" }\ncond')),
+        ["thermal.link.pin: joins a place with itself"],
+    ),
+    "link to nothing": (
+        changed(('b = { body = "boom", at = "start" }\ncond', "cond")),
+        ["thermal.link.pin.b: give either b or a temperature"],
+    ),
+    "outside the data of a material": (
+        changed(
+            ('material = "al6061"\n\n[body.ball]', 'material = "al6061-paper"\n\n[body.ball]'),
+            ('hot = "40 degC"', "hot = { ramp = { end = 4, from = 300, to = 700 } }"),
+        ),
+        [
+            f"material.al6061-paper: {name} needed from 293.15 K to 500 K by this run, its data end at 473.15 K"
+            for name in (
+                "youngs_modulus",
+                "poissons_ratio",
+                "expansion",
+                "conductivity",
+                "heat_capacity",
+            )
+        ],
+    ),
+    "outside the data of one's own material": (
+        changed(('section = "tube"\nmaterial = "al6061"', 'section = "tube"\nmaterial = "m"'))
+        + "[material.m]\ndensity=1\nyoungs_modulus={table=[[300,1e9],[400,2e9]]}\npoissons_ratio=0.3\nexpansion=0\nconductivity=1\nheat_capacity=1\n",
+        [
+            "material.m: youngs_modulus needed from 293.15 K to 313.15 K by this run, its data begin at 300 K"
+        ],
+    ),
+    "no such mesh file": (
+        changed(('start = [0, 0, 0]\nend = ["2 m", 0, 0]\nelements = 4', 'mesh = "boom.vtu"')),
+        ["body.boom: boom.vtu: there is no such file"],
+    ),
+    "mesh and ends": (
+        changed(("elements = 4", 'mesh = "boom.vtu"')),
+        ["body.boom.start: does not go with mesh", "body.boom.end: does not go with mesh"],
+    ),
+    "region without mesh": (
+        changed(("elements = 4", "elements = 4\nregion = 'x'")),
+        ["body.boom.region: belongs to a mesh"],
+    ),
+    # ---- several at once
+    "errors in many tables": (
+        changed(
+            ("elements = 4", "elements = 'four'"),
+            ('mass = "1 kg"', 'mass = "1 s"'),
+            ("emissivity = 0.8", "emissivity = 3"),
+            ('part = "pin" }', 'part = "pen" }'),
+            ('window = "0.5 s"', 'window = "-1 s"'),
+            ('journal_material = "steel-304"', 'journal_material = "steel"'),
+        ),
+        [
+            "time.window: expected a time above 0 s",
+            "body.boom.elements: expected a positive integer",
+            "body.ball.mass: expected a mass",
+            "thermal.radiation.space.emissivity: expected a number",
+            "thermal.link.pin.a.part: there is no part 'pen'; did you mean 'pin'",
+            "joint.hinge.journal_material: there is no material 'steel'; did you mean 'steel-304'",
+        ],
+    ),
+}
+
+
+def run(*arguments: str | Path):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def content(folder: Path) -> dict[Path, bytes | None]:
+    return {p: p.read_bytes() if p.is_file() else None for p in folder.rglob("*")}
+
+
+def assert_refused(result, source: str, problems: list[str]) -> None:
+    """Exit code 2, and these problems and no others, each on its line."""
+    assert result.exit_code == 2, result.output
+    head, *lines = result.output.strip("\n").split("\n")
+    assert head == f"{source}: {len(problems)} problem{'s' * (len(problems) != 1)}", result.output
+    for problem in problems:
+        path, _, text = problem.partition(": ")
+        found = [x for x in lines if x.startswith(f"  {path}: {text}" if path else "  ")]
+        assert any(text in line for line in found), f"{problem!r} is not among\n{result.output}"
+    assert len(lines) == len(problems), result.output
+
+
+def test_the_good_case_is_good(tmp_path):
+    (tmp_path / "case.toml").write_text(GOOD)
+    result = run("check", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "ok: 2 bodies, 2 joints, 1 load, heat by line, 4 windows" in result.output
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_case(name, tmp_path):
+    text, problems = BROKEN[name]
+    (tmp_path / "case.toml").write_bytes(text if isinstance(text, bytes) else text.encode())
+    before = content(tmp_path)
+    assert_refused(run("run", tmp_path), "case.toml", problems)
+    assert content(tmp_path) == before
+
+
+@pytest.mark.parametrize("command", ["check", "plan", "run"])
+def test_every_command_refuses(command, tmp_path):
+    (tmp_path / "case.toml").write_text(changed(("elements = 4", "elements = -4")))
+    assert_refused(run(command, tmp_path), "case.toml", ["body.boom.elements: expected a positive"])
+
+
+def test_region_that_the_mesh_does_not_have(tmp_path):
+    from meshes.io import write
+    from meshes.mesh import Mesh
+
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    cells, members = np.array([[0, 1], [1, 2]]), np.array([0, 1])
+    write(tmp_path / "boom.msh", Mesh(points, {"line": cells}, {"boom": ("line", members)}))
+    case = changed(
+        (
+            'start = [0, 0, 0]\nend = ["2 m", 0, 0]\nelements = 4',
+            'mesh = "boom.msh"\nregion = "bom"',
+        )
+    )
+    (tmp_path / "case.toml").write_text(case)
+    result = run("run", tmp_path)
+    assert_refused(result, "case.toml", ["body.boom: boom.msh: has no region 'bom'"])
+    assert run("check", tmp_path, "--set", "body.boom.region=boom").exit_code == 0
+
+
+def test_mesh_file_that_is_none(tmp_path):
+    (tmp_path / "boom.vtu").write_text("this is not a mesh")
+    case = changed(('start = [0, 0, 0]\nend = ["2 m", 0, 0]\nelements = 4', 'mesh = "boom.vtu"'))
+    (tmp_path / "case.toml").write_text(case)
+    assert_refused(run("run", tmp_path), "case.toml", ["body.boom: boom.vtu: cannot be read"])
+
+
+PATHS = {
+    "missing folder": ("nothing/here", "there is no such file or folder"),
+    "mistyped folder": ("bom", "there is no such file or folder; did you mean 'boom'?"),
+    "folder without a case": ("empty", "the folder has no case.toml"),
+    "name that cannot be one": ("x" * 5000, "cannot be opened"),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_path_without_a_case(name, tmp_path):
+    (tmp_path / "boom").mkdir()
+    (tmp_path / "empty").mkdir()
+    path, text = PATHS[name]
+    before = content(tmp_path)
+    assert_refused(run("run", tmp_path / path), str(tmp_path / path), [f": {text}"])
+    assert content(tmp_path) == before
+
+
+def test_case_file_that_is_a_folder(tmp_path):
+    (tmp_path / "case.toml").mkdir()
+    assert_refused(run("run", tmp_path), "case.toml", [": is not a file"])
+
+
+def test_case_file_of_enormous_size(tmp_path):
+    with (tmp_path / "case.toml").open("wb") as file:
+        file.truncate(20_000_000)
+    assert_refused(run("run", tmp_path), "case.toml", [": is too large"])
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may read all")
+def test_no_permission_to_read(tmp_path):
+    (tmp_path / "case.toml").write_text(GOOD)
+    (tmp_path / "case.toml").chmod(0)
+    assert_refused(run("run", tmp_path), "case.toml", [": cannot be read: Permission denied"])
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write all")
+def test_no_permission_to_write(tmp_path):
+    (tmp_path / "case.toml").write_text(GOOD)
+    tmp_path.chmod(0o500)
+    result = run("run", tmp_path)
+    tmp_path.chmod(0o700)
+    assert_refused(result, str(tmp_path / "results"), [": results cannot go there: no permission"])
+
+
+def test_results_where_a_file_is(tmp_path):
+    (tmp_path / "case.toml").write_text(GOOD)
+    (tmp_path / "occupied").write_text("")
+    result = run("run", tmp_path, "--output", tmp_path / "occupied" / "runs")
+    source = str(tmp_path / "occupied" / "runs")
+    assert_refused(result, source, [": results cannot go there"])
+
+
+SETTINGS = {
+    "no value": (["time.end"], "--set", ["time.end: expected path=value"]),
+    "empty value": (["time.end="], "--set", ["time.end: has no value"]),
+    "no path": (["=3"], "--set", ["=3: expected path=value"]),
+    "two of them": (["a b=1", "time.window"], "--set", ["a b=1: expected", "time.window: expected"]),
+    "through a value": (
+        ["time.end.x=1"],
+        "case.toml",
+        ["--set time.end.x: 'x' is not there: what stands before it is a value"],
+    ),
+    "through an array": (
+        ["body.boom.end.x=1"], "case.toml", ["--set body.boom.end.x: 'x' is not there"],
+    ),
+    "beyond an array": (
+        ["body.boom.end[3]=1"], "case.toml", ["--set body.boom.end[3]: [3] is not there"],
+    ),
+    "wrong value": (["time.end=soon"], "case.toml", ["time.end: expected a time"]),
+    "NaN": (["body.ball.mass=nan"], "case.toml", ["body.ball.mass: expected a mass that is finite"]),
+    "mistyped table": (["tme.end=1"], "case.toml", ["tme: unknown key; did you mean 'time'"]),
+    "mistyped name": (
+        ["body.bom.elements=8"], "case.toml",
+        ["--set body.bom.elements: there is no body.bom; did you mean 'boom'"],
+    ),
+    "mistyped name under thermal": (
+        ["thermal.wall.sum.hot=300"], "case.toml",
+        ["--set thermal.wall.sum.hot: there is no thermal.wall.sum; did you mean 'sun'"],
+    ),
+    "mistyped key": (
+        ["body.boom.elemets=8"], "case.toml",
+        ["body.boom.elemets: unknown key; did you mean 'elements'"],
+    ),
+    "new table with an error": (
+        ["load.side.kind=force"], "case.toml",
+        ["load.side.at: missing", "load.side.direction: missing", "load.side.amplitude: missing"],
+    ),
+    "table replaced by a value": (
+        ["joint.hinge.contact=hard"], "case.toml",
+        ["joint.hinge.contact: expected a table, got 'hard'"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_bad_setting(name, tmp_path):
+    settings, source, problems = SETTINGS[name]
+    (tmp_path / "case.toml").write_text(GOOD)
+    before = content(tmp_path)
+    result = run("run", tmp_path, *(word for s in settings for word in ("--set", s)))
+    assert_refused(result, source, problems)
+    assert content(tmp_path) == before
+
+
+def test_messages_are_sentences_without_jargon(tmp_path):
+    """Nothing of the validation library shows through."""
+    for name, (text, _) in BROKEN.items():
+        (tmp_path / "case.toml").write_bytes(text if isinstance(text, bytes) else text.encode())
+        output = run("check", tmp_path).output
+        assert not re.search(r"pydantic|Input should|value_error|Traceback|tuple|dict", output), (
+            name
+        )
+
+
+ODD = [
+    True,
+    -1,
+    1e308,
+    float("nan"),
+    "x",
+    "",
+    "5 kg",
+    [],
+    {},
+    [[]],
+    {"a": 1},
+    {"table": [[0, 1], [1]]},
+]
+
+
+def steps(value, path=()):
+    """Paths of everything in a case."""
+    yield path
+    if isinstance(value, (dict, list)):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from steps(inner, (*path, key))
+
+
+def test_whatever_stands_anywhere_is_read_or_refused(tmp_path):
+    """Odd values in random places of the good case never end in anything but BadCase."""
+    case = tomllib.loads(GOOD)
+    places = [path for path in steps(case) if path]
+    draw = random.Random(0)
+    for _ in range(300):
+        path, odd = draw.choice(places), draw.choice(ODD)
+        broken = copy.deepcopy(case)
+        place = broken
+        for step in path[:-1]:
+            place = place[step]
+        place[path[-1]] = odd
+        with contextlib.suppress(BadCase):
+            from_text(toml(broken), tmp_path)
