@@ -724,17 +724,19 @@ def test_case_file_of_enormous_size(tmp_path):
     assert_refused(run("run", tmp_path), "case.toml", [": is too large"])
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may read all")
 def test_no_permission_to_read(tmp_path):
     (tmp_path / "case.toml").write_text(GOOD)
     (tmp_path / "case.toml").chmod(0)
+    if os.access(tmp_path / "case.toml", os.R_OK):
+        pytest.skip("this user may read everything")
     assert_refused(run("run", tmp_path), "case.toml", [": cannot be read: Permission denied"])
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write all")
 def test_no_permission_to_write(tmp_path):
     (tmp_path / "case.toml").write_text(GOOD)
     tmp_path.chmod(0o500)
+    if os.access(tmp_path, os.W_OK):
+        pytest.skip("this user may write everywhere")
     result = run("run", tmp_path)
     tmp_path.chmod(0o700)
     assert_refused(result, str(tmp_path / "results"), [": results cannot go there: no permission"])

@@ -69,4 +69,5 @@ def _summary(passed: Sequence[bool], seconds: float, out: Console) -> None:
     failed = len(passed) - sum(passed)
     word = "all pass" if not failed else f"{failed} FAIL"
     style = "bold red" if failed else "bold green"
-    out.print(Text(f"{len(passed)} problems in {seconds:.0f} s: {word}", style))
+    many = "problem" if len(passed) == 1 else "problems"
+    out.print(Text(f"{len(passed)} {many} in {seconds:.0f} s: {word}", style))
