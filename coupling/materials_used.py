@@ -11,9 +11,9 @@ from coupling.scene import ROOM_TEMPERATURE, Scene
 from meshes.materials import Material, library, library_material
 
 SLACK = 1e-6  # [K] by which rounding may carry a temperature beyond the data
-"""Properties without heat, and those that heat adds, with their units."""
 MECHANICAL = {"youngs_modulus": "Pa", "poissons_ratio": "1", "expansion": "1/K"}
 OF_HEAT = {"conductivity": "W/(m K)", "heat_capacity": "J/(kg K)"}
+"""Units of the properties that every run needs, and of those that heat adds."""
 
 
 def material_of(scene: Scene, name: str) -> Material:
