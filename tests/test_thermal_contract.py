@@ -118,6 +118,14 @@ def test_leaving_the_range_of_a_property_is_a_reason(name):
     assert i < 9
 
 
+@pytest.mark.parametrize("name", ["line", "lumped"])
+def test_the_range_of_the_conductivity_is_watched_too(name):
+    material = replace(varying(), conductivity=varying(200.0, 320.0).conductivity)
+    solver = build(name, scene(WALL, members=(replace(ARM, material=material),)))
+    _, _, why = solver.advance(solver.initial(), 0.0, 1.0, np.zeros(len(solver.x)))
+    assert "'arm' left the range of conductivity (200 K to 320 K)" in why
+
+
 @EVERY
 def test_two_half_windows_are_as_good_as_one(name):
     solver = build(name, covered())
@@ -270,3 +278,14 @@ def test_all_problems_are_listed_at_once():
         )
     assert "3 problems" in str(error.value)
     assert len(str(error.value).splitlines()) == 4
+
+
+@pytest.mark.parametrize(("name", "module"), [("line", "sdirk"), ("lumped", "trbdf2")])
+def test_a_history_too_rough_for_any_step_is_a_reason(name, module, monkeypatch):
+    """A source that is noise at every scale ends in a sentence, not in a hang."""
+    monkeypatch.setattr(f"thermal.{module}.STEPS", 500)
+    source = Source("noise", Place("hub"), lambda t: 1e9 * np.sin(1e9 * t * t))
+    hub = Part("hub", np.zeros(3), plain(), 1e3, 300.0)
+    solver = build(name, Description((), (hub,), conditions=(source,)))
+    _, _, why = solver.advance(solver.initial(), 0.0, 10.0, np.zeros(1))
+    assert "more than 500 steps" in why

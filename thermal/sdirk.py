@@ -28,6 +28,7 @@ ROUND_OFF = 3e-16  # change of temperature, relative, at which Newton's method h
 FLOOR = 1e-10  # below it a change that no longer shrinks is round-off too
 REFRESH = 1e-4  # a slower contraction asks for a new tangent
 SMALLEST = 1e-9  # of the interval: smallest step
+STEPS = 10_000  # in one interval, tried
 
 
 class System(Protocol):
@@ -109,7 +110,7 @@ def advance(
     flows, reactions = np.zeros_like(point.flows), np.zeros_like(T)
     why = _fault(system, point, t)
     done, size = 0.0, h
-    while not why:
+    for _ in range(0 if why else STEPS):
         count = ceil((h - done) / size * (1.0 - 1e-9))
         length = (h - done) / count
         step = _step(system, point, t + done, length, source)
@@ -117,14 +118,16 @@ def advance(
             size = length * (0.25 if step.why else max(0.2, _ratio(step.error, tolerance)))
             if size < SMALLEST * h:
                 why = step.why or _too_rough(t + done, step.error, tolerance)
+                break
             continue
         point = step.end
         flows += step.flows
         reactions += step.reactions
         if count == 1:
-            break
+            return Interval(point.T, flows, reactions, "")
         done += length
         size = length * min(5.0, _ratio(step.error, tolerance))
+    why = why or f"t = {t + done:g} s: more than {STEPS} steps within {h:g} s"
     return Interval(point.T, flows, reactions, why)
 
 
@@ -218,7 +221,7 @@ def _evaluate(system: System, T: Array, t: float, source: Array) -> _Point:
 
 
 def _fault(system: System, point: _Point, t: float) -> str:
-    if not isfinite(float(point.T.sum())):
-        return f"t = {t:g} s: a temperature is not a number"
+    if not isfinite(float(point.T.sum() + point.power.sum())):
+        return f"t = {t:g} s: a temperature or a power is not a number"
     why = system.unusable(point.T)
     return f"t = {t:g} s: {why}" if why else ""

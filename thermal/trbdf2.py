@@ -24,6 +24,7 @@ LATE = 0.5 * GAMMA  # weight of the power at t + h
 K = (-3.0 * GAMMA**2 + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
 
 HALVINGS = 30
+STEPS = 10_000  # in one interval, tried
 ITERATIONS = 15
 
 
@@ -79,22 +80,25 @@ def integrate(
     flows, reactions = np.zeros_like(state.flows), np.zeros_like(T)
     why = _problem(network, state.T, t)
     level, position = 0, 0  # position counts steps of h / 2**level
-    while not why and position < 2**level:
+    for _ in range(0 if why else STEPS):
         dt = h / 2**level
         new, error, why = _step(network, state, t + position * dt, dt, source)
         if why or error > tolerance:
             level, position = level + 1, 2 * position
-            if level <= HALVINGS:
-                why = ""
-            elif not why:
-                why = f"t = {t + position * dt / 2:g} s: steps cannot be made small enough"
+            if level > HALVINGS:
+                why = why or f"t = {t + position * dt / 2:g} s: steps cannot be made small enough"
+                break
             continue
         given = EARLY * (state.power + new.middle.power) + LATE * new.end.power
         flows += dt * (EARLY * (state.flows + new.middle.flows) + LATE * new.end.flows)
         reactions += new.end.heat - state.heat - dt * given
         state, position = new.end, position + 1
+        if position == 2**level:
+            break
         if error < tolerance / 16.0 and level > 0 and position % 2 == 0:
             level, position = level - 1, position // 2
+    else:
+        why = why or f"t = {t:g} s: more than {STEPS} steps within {h:g} s"
     reactions[network.free] = 0.0
     return Result(state.T, flows, reactions, why)
 
