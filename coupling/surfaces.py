@@ -60,6 +60,11 @@ def read_bodies(results: Results) -> list[Body]:
     ]
 
 
+def extent(body: Body) -> float:
+    """Diagonal [m] of the box around the body in the first frame."""
+    return float(np.linalg.norm(np.ptp(body.position[0], axis=0)))
+
+
 def surface(body: Body, frame: int) -> Surface:
     """Surface of ``body`` in ``frame``, smooth between the nodes."""
     points, quads = _swept(body, frame)

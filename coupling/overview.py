@@ -1,0 +1,215 @@
+"""The picture that heads a report: the bodies in space at three times, and the hinge."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.export import orbit_plane, placement
+from coupling.insets import FAINT, INK, SKY, draw_insets, find_insets
+from coupling.painting import Camera, Colouring, camera_for, colouring_of, paint, palette
+from coupling.pictures import scaled
+from coupling.reading import Results
+from coupling.surfaces import Body, extent, read_bodies, surface
+from coupling.turning import Drive, find_drive, turned
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+SMALL_TRAVEL = 0.04  # of the size of the scene: smaller displacements are enlarged
+SHOWN_TRAVEL = 0.3  # up to this
+ROUND = (1, 2, 5)
+MOST_PATHS = 6
+MOST_NAMES = 4
+
+
+def draw_overview(results: Results, figure: "Figure") -> None:
+    """Bodies at the first, middle and last frame; beside them the hinge and the sections."""
+    figure.set_facecolor(SKY)
+    figure.set_layout_engine("none")
+    title = str(results.attributes().get("title", ""))
+    figure.text(0.03, 0.925, title, color=INK, fontsize=19, weight="bold")
+    bodies, times = read_bodies(results), results["frames/time"]
+    frames = sorted({0, len(times) // 2, len(times) - 1})
+    factor = enlargement(bodies, frames)
+    drawn = [_enlarged(body, frames, factor) for body in bodies]
+    shapes = [surface(body, frame) for body in drawn for frame in range(len(frames))]
+    colouring = colouring_of(shapes)
+    insets = find_insets(results, bodies, colouring)
+    ax = figure.add_axes((0.03, 0.05, 0.68 if insets else 0.94, 0.84))
+    camera = camera_for(np.concatenate([body.position.reshape(-1, 3) for body in drawn]))
+    _frame_scene(ax, camera, bodies if factor == 1.0 else drawn)
+    if factor == 1.0:
+        _draw_paths(ax, camera, results, bodies, times[frames])
+    paint(ax, camera, shapes, colouring)
+    _mark_particles(ax, camera, drawn)
+    _mark_joints(ax, camera, results, drawn)
+    if len(bodies) <= MOST_NAMES:
+        _label_times(ax, camera, drawn, times[frames])
+    _scale_bar(ax, factor, times[frames])
+    if colouring:
+        _colour_bar(figure, colouring)
+    draw_insets(figure, insets)
+
+
+# ---------------------------------------------------------------------------------- scene
+
+
+def enlargement(bodies: list[Body], frames: list[int]) -> float:
+    """1, or a round factor that makes displacements visible that are small to the scene."""
+    points = np.concatenate([body.position[frames] for body in bodies], axis=1)
+    travel = float(np.linalg.norm(points - points[0], axis=2).max())
+    size = float(np.linalg.norm(np.ptp(points.reshape(-1, 3), axis=0)))
+    if travel == 0.0 or travel > SMALL_TRAVEL * size:
+        return 1.0
+    return _round_down(SHOWN_TRAVEL * size / travel)
+
+
+def _round_down(value: float) -> float:
+    """The largest of …, 1, 2, 5, 10, 20, … that is not above ``value``."""
+    decade = 10.0 ** np.floor(np.log10(value))
+    return float(decade * max(n for n in ROUND if n * decade <= value))
+
+
+def _enlarged(body: Body, frames: list[int], factor: float) -> Body:
+    """The chosen frames of a body, its displacements since the first one enlarged."""
+    position = body.position[0] + factor * (body.position[frames] - body.position[0])
+    axes = body.axes[frames]
+    if factor != 1.0 and position.shape[1] > 1:
+        axes = np.stack([_following(p, a) for p, a in zip(position, axes, strict=True)])
+    return body._replace(
+        position=position,
+        axes=axes,
+        temperature=None if body.temperature is None else body.temperature[frames],
+        resultants=None if body.resultants is None else body.resultants[frames],
+    )
+
+
+def _following(position: Array, axes: Array) -> Array:
+    """Section triads normal to an enlarged line, e2 as near as possible to what it was."""
+    e1 = np.gradient(position, axis=0)
+    e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
+    e2 = axes[:, 1] - np.sum(axes[:, 1] * e1, axis=1, keepdims=True) * e1
+    e2 /= np.maximum(np.linalg.norm(e2, axis=1, keepdims=True), 1e-12)
+    return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+
+
+def _draw_paths(
+    ax: "Axes", camera: Camera, results: Results, bodies: list[Body], times: Array
+) -> None:
+    """Paths of the probes, and for a driven hinge where a rigid body would be."""
+    for probe in results.names("probes")[:MOST_PATHS]:
+        if f"probes/{probe}/position" in results:
+            path = camera.project(results[f"probes/{probe}/position"])
+            ax.plot(*path[:, :2].T, color=INK, lw=0.8, alpha=0.45, zorder=0)
+    drive = find_drive(results)
+    if drive and len(times) > 1:
+        _draw_dial(ax, camera, bodies, drive, drive.demanded(times) - drive.angle[0])
+
+
+def _draw_dial(ax: "Axes", camera: Camera, bodies: list[Body], drive: Drive, shown: Array) -> None:
+    """Arcs of the demanded rotation, and rays at the ``shown`` angles."""
+    arm = next(body.position[0] for body in bodies if body.name == drive.body)
+    reach = arm[-1] - drive.position
+    angles = np.linspace(shown.min(), shown.max(), 181)
+    style: dict[str, Any] = {"color": FAINT, "lw": 0.8, "zorder": 0}
+    for part in (0.25, 0.5, 0.75, 1.0):
+        path = turned(np.broadcast_to(part * reach, (181, 3)), drive.axis, angles)
+        ax.plot(*camera.project(drive.position + path)[:, :2].T, ls=(0, (5, 4)), **style)
+    for end in turned(np.broadcast_to(reach, (len(shown), 3)), drive.axis, shown):
+        ray = np.stack([drive.position, drive.position + end])
+        ax.plot(*camera.project(ray)[:, :2].T, **style)
+
+
+def _mark_particles(ax: "Axes", camera: Camera, bodies: list[Body]) -> None:
+    for body in bodies:
+        if body.section is None:
+            flat = camera.project(body.position.reshape(-1, 3))
+            ax.scatter(flat[:, 0], flat[:, 1], s=60, color=INK, zorder=3)
+
+
+def _mark_joints(ax: "Axes", camera: Camera, results: Results, bodies: list[Body]) -> None:
+    """A ring around each clearance joint in the last frame, with its name if they are few."""
+    by_name = {body.name: body for body in bodies}
+    places = {joint: placement(results, joint, by_name) for joint in results.names("joints")}
+    shown = {joint: place for joint, place in places.items() if place is not None}
+    for joint, place in shown.items():
+        centre = camera.project(orbit_plane(place, -1)[0])[:2]
+        ax.scatter(
+            centre[0], centre[1], s=130, facecolors="none", edgecolors=INK, linewidths=1.2, zorder=3
+        )
+        if len(shown) <= MOST_NAMES:
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
+            ax.annotate(
+                joint, (centre[0], centre[1]), xytext=(0, -12), color=INK, fontsize=11, **style
+            )
+
+
+def _frame_scene(ax: "Axes", camera: Camera, bodies: list[Body]) -> None:
+    """Limits around everything, with room for labels."""
+    ax.set_axis_off()
+    flat = camera.project(np.concatenate([body.position.reshape(-1, 3) for body in bodies]))
+    lower, upper = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+    margin = 0.08 * max(float(np.max(upper - lower)), 1e-9)
+    lower = lower - margin * np.array([1.0, 1.2])
+    upper = upper + margin * np.array([1.4, 1.2])
+    assert ax.figure is not None
+    box = np.array(ax.get_position().size) * ax.figure.get_size_inches()  # type: ignore[union-attr]
+    half = 0.5 * box * np.max((upper - lower) / box)
+    middle = 0.5 * (lower + upper)
+    ax.set_xlim(middle[0] - half[0], middle[0] + half[0])
+    ax.set_ylim(middle[1] - half[1], middle[1] + half[1])
+
+
+def _label_times(ax: "Axes", camera: Camera, bodies: list[Body], times: Array) -> None:
+    """Times beyond the last node of the longest body, pushed apart where they would overlap."""
+    line = max(bodies, key=extent).position[:, [0, -1]]
+    ends = camera.project(line)[:, :, :2]
+    away = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(away, axis=1, keepdims=True)
+    away = np.where(length > 0.0, away / np.maximum(length, 1e-300), [0.0, 1.0])
+    height = 0.032 * np.ptp(ax.get_ylim())
+    places = ends[:, 1] + height * away
+    order = np.argsort(places[:, 1])
+    for below, above in pairwise(order):
+        if abs(places[above, 0] - places[below, 0]) < 4.0 * height:
+            places[above, 1] = max(places[above, 1], places[below, 1] + height)
+    for (x, y), (right, _), time in zip(places, away, times, strict=True):
+        side = "left" if right > 0.3 else "right" if right < -0.3 else "center"
+        ax.text(x, y, f"{time:.3g} s", color=INK, fontsize=12, ha=side, va="center")
+
+
+def _scale_bar(ax: "Axes", factor: float, times: Array) -> None:
+    """A round length, true for what is parallel to the picture; what is shown, and when."""
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    length = _round_down(0.2 * (right - left))
+    prefix, unit = scaled(np.array([length]), "m") if length < 1.0 else (1.0, "m")
+    x, y = left + 0.01 * (right - left), bottom + 0.02 * (top - bottom)
+    ax.plot([x, x + length], [y, y], color=INK, lw=2.0, solid_capstyle="butt")
+    note = "to scale" if factor == 1.0 else f"displacements {factor:g} times enlarged"
+    note += "    at " + ", ".join(f"{time:.3g}" for time in times) + " s"
+    ax.annotate(
+        f"{prefix * length:g} {unit}    {note}",
+        (x, y),
+        xytext=(0, 6),
+        textcoords="offset points",
+        color=INK,
+        fontsize=11,
+    )
+
+
+def _colour_bar(figure: "Figure", colouring: Colouring) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    ax = figure.add_axes((0.03, 0.865, 0.22, 0.018))
+    mappable = ScalarMappable(Normalize(colouring.lower, colouring.upper), palette())
+    bar = figure.colorbar(mappable, cax=ax, orientation="horizontal")
+    ax.grid(False)
+    bar.outline.set_visible(False)
+    bar.set_label(colouring.label, color=INK, fontsize=11)
+    ax.tick_params(colors=INK, labelsize=10)

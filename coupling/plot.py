@@ -1,0 +1,109 @@
+"""Pictures of a run, in the folder ``pictures`` next to its results."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from coupling import contact_pictures, pictures
+from coupling.overview import draw_overview
+from coupling.reading import BadResults, Results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FOLDER = "pictures"
+MOST_JOINTS = 6
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 11,
+    "axes.titlesize": 12,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 11,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.xmargin": 0.01,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e7eb",
+    "grid.linewidth": 0.8,
+    "axes.edgecolor": "#5b6570",
+    "axes.prop_cycle": "cycler('color', ['#0072B2', '#D55E00', '#009E73', '#CC79A7', "
+    "'#E69F00', '#56B4E9', '#000000', '#8c6d31'])",
+    "xtick.color": "#3c444d",
+    "ytick.color": "#3c444d",
+    "legend.frameon": False,
+    "legend.fontsize": 10,
+    "lines.linewidth": 1.5,
+    "agg.path.chunksize": 20_000,
+}
+
+
+class Picture(NamedTuple):
+    """A file name, the function that draws it, and the size of the figure [inch]."""
+
+    name: str
+    draw: Callable[[Results, "Figure"], None]
+    size: tuple[float, float]
+
+
+def plot(results_path: Path | str) -> list[Path]:
+    """Draw what the results have data for, and return the files."""
+    import matplotlib
+
+    with Results.open(results_path) as results:
+        found = list(_pictures(results))
+        if not found:
+            raise BadResults(f"{results.path}: nothing was recorded that can be drawn")
+        folder = results.path.parent / FOLDER
+        folder.mkdir(exist_ok=True)
+        with matplotlib.rc_context(STYLE):
+            return [_save(results, picture, folder) for picture in found]
+
+
+def _save(results: Results, picture: Picture, folder: Path) -> Path:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
+    picture.draw(results, figure)
+    path = folder / f"{picture.name}.png"
+    figure.savefig(path)
+    return path
+
+
+def _pictures(results: Results) -> Iterator[Picture]:
+    """The pictures that the recorded data allow."""
+    if _rows(results, "frames/time"):
+        yield Picture("overview", draw_overview, (12.8, 7.2))
+    bodies = pictures.heated_bodies(results)
+    if _rows(results, "frames/time") > 1 and bodies:
+        yield Picture("temperature", pictures.draw_temperature, (11.0, 1.2 + 3.6 * len(bodies)))
+    if _rows(results, "windows/time") > 1 and pictures.moving_probes(results):
+        rows = pictures.motion_rows(results)
+        yield Picture("motion", pictures.draw_motion, (9.0, 1.2 + 2.2 * rows))
+    yield from _joint_pictures(results)
+    if _rows(results, "windows/time") > 1 and pictures.energy_rows(results):
+        rows = pictures.energy_rows(results)
+        yield Picture("energy", pictures.draw_energy, (10.0, 1.0 + 2.6 * rows))
+    if _rows(results, "windows/time") > 1 and "windows/step_min" in results:
+        yield Picture("steps", pictures.draw_steps, (9.0, 6.5))
+
+
+def _joint_pictures(results: Results) -> Iterator[Picture]:
+    """Orbit and forces of the clearance joints, of the most loaded ones if there are many."""
+    joints = [j for j in results.names("joints") if _rows(results, f"joints/{j}/orbit") > 1]
+    peak = {j: float(np.max(results[f"joints/{j}/normal_force"])) for j in joints}
+    chosen = sorted(joints, key=lambda j: -peak[j])[:MOST_JOINTS]
+    for joint in chosen:
+        suffix = f"_{joint}" if len(joints) > 1 else ""
+        for name, draw, size in (
+            ("orbit", contact_pictures.draw_orbit, (11.0, 5.6)),
+            ("contact", contact_pictures.draw_contact, (10.0, 7.0)),
+        ):
+            yield Picture(name + suffix, partial(draw, joint=joint), size)
+
+
+def _rows(results: Results, column: str) -> int:
+    return len(results[column]) if column in results else 0
