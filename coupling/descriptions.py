@@ -1,7 +1,5 @@
 """What the two modules need to know of a scene, in their own words."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +11,7 @@ from coupling.places import distances, node_of
 from coupling.scene import Scene
 from meshes import sections
 from meshes.generate import frames
+from meshes.materials import Material
 
 Array = NDArray[np.float64]
 
@@ -29,6 +28,17 @@ def section_of(scene: Scene, name: str, poissons_ratio: float) -> sections.Secti
             return sections.rectangle(table.height, table.width, poissons_ratio)
         case _:
             return sections.general(**table.model_dump(exclude={"kind"}))
+
+
+def line_bodies(scene: Scene) -> dict[str, motion_tables.LineBody]:
+    """The beams and cables by name."""
+    return {n: b for n, b in scene.body.items() if isinstance(b, motion_tables.LineBody)}
+
+
+def clearance_joints(scene: Scene) -> dict[str, motion_tables.ClearanceRevolute]:
+    """The joints with clearance by name."""
+    kind = motion_tables.ClearanceRevolute
+    return {n: j for n, j in scene.joint.items() if isinstance(j, kind)}
 
 
 # -- motion ------------------------------------------------------------------------------------
@@ -49,20 +59,25 @@ def _body(scene: Scene, name: str) -> motion.Body:
     table = scene.body[name]
     if isinstance(table, motion_tables.Particle):
         return motion.Particle(name, np.array(table.position), table.mass, np.array(table.velocity))
-    points, axes, section, material = _line(scene, name)
-    assert table.reference_temperature is not None  # filled in when the case was read
+    points, axes, section, material = _line(scene, name, table)
     return motion.Beam(
-        name, points, axes, section, material, table.reference_temperature, table.damping,
+        name, points, axes, section, material, _reference(table), table.damping,
         "beam3243" if table.kind == "beam" else "cable",
         np.array(table.velocity), np.array(table.spin),
     )  # fmt: skip
 
 
-def _line(scene: Scene, name: str) -> tuple[Array, Array, sections.Section, Any]:
+def _reference(table: motion_tables.LineBody | motion_tables.ClearanceRevolute) -> float:
+    assert table.reference_temperature is not None  # filled in when the case was read
+    return table.reference_temperature
+
+
+def _line(
+    scene: Scene, name: str, table: motion_tables.LineBody
+) -> tuple[Array, Array, sections.Section, Material]:
     """Nodes, triads, section and material of a line body."""
-    table = scene.body[name]
     material = material_of(scene, table.material)
-    nu = float(material.poissons_ratio(table.reference_temperature))
+    nu = float(material.poissons_ratio(_reference(table)))
     points = scene.points[name]
     normal = None if table.normal is None else np.array(table.normal)
     return points, frames(points, normal), section_of(scene, table.section, nu), material
@@ -104,12 +119,11 @@ def _clearance(
     scene: Scene, name: str, table: motion_tables.ClearanceRevolute
 ) -> motion.ClearanceRevolute:
     journal, bearing = _sites(scene, table.journal, table.bearing)
-    assert table.reference_temperature is not None  # filled in when the case was read
     friction = None if table.friction is None else motion.Friction(**table.friction.model_dump())
     return motion.ClearanceRevolute(
         name, journal, bearing, np.array(table.axis), table.radius, table.clearance,
         material_of(scene, table.journal_material), material_of(scene, table.bearing_material),
-        table.reference_temperature, motion.NormalContact(**table.contact.model_dump()),
+        _reference(table), motion.NormalContact(**table.contact.model_dump()),
         friction, table.angle,
     )  # fmt: skip
 
@@ -128,24 +142,36 @@ def heat_description(scene: Scene) -> heat.Description:
     """Everything that conducts: the line bodies, the parts, and what connects and heats them."""
     table = scene.thermal
     assert table is not None
-    conditions = [
-        *(_wall(scene, n, w) for n, w in table.wall.items()),
-        *(_flux(n, f) for n, f in table.flux.items()),
-        *(heat.Radiation(n, r.body, r.emissivity, r.sink) for n, r in table.radiation.items()),
-        *(heat.Fixed(n, _place(scene, f.at), f.temperature) for n, f in table.fixed.items()),
-        *(heat.Source(n, _place(scene, s.at), s.power) for n, s in table.source.items()),
-    ]
-    lines = [n for n, b in scene.body.items() if isinstance(b, motion_tables.LineBody)]
     return heat.Description(
-        [_member(scene, table, name) for name in lines],
+        [_member(scene, table, name, body) for name, body in line_bodies(scene).items()],
         [_part(scene, table, name, part) for name, part in table.part.items()],
         [_link(scene, name, link) for name, link in table.link.items()],
-        conditions,
+        _conditions(scene, table),
     )
 
 
-def _member(scene: Scene, table: heat_tables.Thermal, name: str) -> heat.Member:
-    points, axes, section, material = _line(scene, name)
+def _conditions(scene: Scene, table: heat_tables.Thermal) -> list[heat.Condition]:
+    """Named by kind and name, ``wall.sun``: a wall and a flux may have the same name."""
+    found: list[heat.Condition] = []
+    found += [_wall(scene, f"wall.{n}", w) for n, w in table.wall.items()]
+    found += [_flux(f"flux.{n}", f) for n, f in table.flux.items()]
+    found += [
+        heat.Radiation(f"radiation.{n}", r.body, r.emissivity, r.sink)
+        for n, r in table.radiation.items()
+    ]
+    found += [
+        heat.Fixed(f"fixed.{n}", _place(scene, f.at), f.temperature) for n, f in table.fixed.items()
+    ]
+    found += [
+        heat.Source(f"source.{n}", _place(scene, s.at), s.power) for n, s in table.source.items()
+    ]
+    return found
+
+
+def _member(
+    scene: Scene, table: heat_tables.Thermal, name: str, body: motion_tables.LineBody
+) -> heat.Member:
+    points, axes, section, material = _line(scene, name, body)
     around = table.wall_points if section.kind == "tube" else 1
     return heat.Member(name, points, axes, section, material, around, table.initial)
 
@@ -155,9 +181,7 @@ def region_of(name: str, part: heat_tables.Part) -> str:
     return part.of or name
 
 
-def _part(
-    scene: Scene, table: heat_tables.Thermal, name: str, part: heat_tables.Part
-) -> heat.Part:
+def _part(scene: Scene, table: heat_tables.Thermal, name: str, part: heat_tables.Part) -> heat.Part:
     initial = table.initial if part.initial is None else part.initial
     material = material_of(scene, part.material)
     position = np.zeros(3) if part.of is None else _position(scene, part.of)
@@ -165,7 +189,7 @@ def _part(
 
 
 def _position(scene: Scene, side: str) -> Array:
-    joint = scene.joint[side.split(".")[0]]
+    joint = clearance_joints(scene)[side.split(".")[0]]
     return np.asarray(_sites(scene, joint.journal, joint.bearing)[0].position)
 
 
@@ -178,7 +202,8 @@ def _place(scene: Scene, place: heat_tables.ThermalPlace) -> heat.Place:
 
 def _link(scene: Scene, name: str, link: heat_tables.Link) -> heat.Link:
     other = link.temperature if link.b is None else _place(scene, link.b)
-    return heat.Link(name, _place(scene, link.a), other, link.conductance)
+    assert other is not None  # a link has either
+    return heat.Link(f"link.{name}", _place(scene, link.a), other, link.conductance)
 
 
 def _wall(scene: Scene, name: str, wall: heat_tables.Wall) -> heat.Wall:
@@ -190,6 +215,4 @@ def _wall(scene: Scene, name: str, wall: heat_tables.Wall) -> heat.Wall:
 
 def _flux(name: str, flux: heat_tables.Flux) -> heat.Flux:
     direction = None if flux.direction is None else np.array(flux.direction)
-    return heat.Flux(
-        name, flux.body, lambda t: flux.absorptivity * flux.density(t), direction
-    )
+    return heat.Flux(name, flux.body, lambda t: flux.absorptivity * flux.density(t), direction)

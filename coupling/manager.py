@@ -111,8 +111,14 @@ def _move(
 
 
 def _next(
-    state: Coupled, T: Array, motion: Any, flows: Mapping[str, float], h: float,
-    nodal: Array, deposited: Array, pending: Array,
+    state: Coupled,
+    T: Array,
+    motion: Any,
+    flows: Mapping[str, float],
+    h: float,
+    nodal: Array,
+    deposited: Array,
+    pending: Array,
 ) -> Coupled:
     total = {name: state.flows.get(name, 0.0) + value for name, value in flows.items()}
     return Coupled(

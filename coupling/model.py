@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling import manager
-from coupling.descriptions import heat_description, motion_description
+from coupling.descriptions import (
+    clearance_joints,
+    heat_description,
+    line_bodies,
+    motion_description,
+)
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
 from coupling.motion_tables import GROUND
@@ -131,7 +136,7 @@ class Model:
     def _resultants(self, state: Coupled, T: Array) -> dict[str, Array]:
         system = self.motion_solver.system
         coef, m = system.coefficients(T), state.motion.motion
-        found = {}
+        found: dict[str, Array] = {}
         for term, c in zip(system.elements, coef, strict=False):
             values, names = term.resultants(m.q, m.v, c), np.array(term.names)
             found |= {name: values[names == name] for name in dict.fromkeys(term.names)}
@@ -159,10 +164,12 @@ class Model:
 
     def joint_attributes(self) -> dict[str, dict[str, Any]]:
         """Geometry of the clearance joints; ``directions`` are the axes of the orbit at t = 0."""
-        contact = self.motion_solver.system.contact
+        contact, joints = self.motion_solver.system.contact, clearance_joints(self.scene)
         rows: dict[str, dict[str, Any]] = {}
-        for name, plane in zip(self.joint_names(), [] if contact is None else contact.planes, strict=True):
-            joint = self.scene.joint[name]
+        for name, plane in zip(
+            self.joint_names(), [] if contact is None else contact.planes, strict=True
+        ):
+            joint = joints[name]
             rows[name] = {
                 "radius": joint.radius, "reference_clearance": joint.clearance,
                 "axis": np.array(joint.axis), "directions": plane,
@@ -193,7 +200,12 @@ class Model:
         return (1.0 - s) * T0 + s * T1
 
     def joint_rows(
-        self, joint: int, times: Array, response: Array, approach: Array, torque: Array,
+        self,
+        joint: int,
+        times: Array,
+        response: Array,
+        approach: Array,
+        torque: Array,
         temperatures: Array,
     ) -> Mapping[str, Array]:
         """Columns of the history of one clearance joint.
@@ -204,7 +216,7 @@ class Model:
         """
         contact = self.motion_solver.system.contact
         column = {name: response[:, i] for i, name in enumerate(contact.columns)}
-        table = self.scene.joint[self.joint_names()[joint]]
+        table = clearance_joints(self.scene)[self.joint_names()[joint]]
         angle = table.angle or (lambda t: 0.0)
         return {
             "time": times,
@@ -228,7 +240,7 @@ class Model:
         depth, rate, slip = (
             response[:, columns.index(c)] for c in ("penetration", "rate", "slip_speed")
         )
-        friction = self.scene.joint[self.joint_names()[joint]].friction
+        friction = clearance_joints(self.scene)[self.joint_names()[joint]].friction
         speed = 0.0 if friction is None else friction.regularisation_speed
         return classify(depth, rate, approach, slip, speed)
 
@@ -295,15 +307,15 @@ def _control(scene: Scene) -> Control:
 
 
 def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manager.Transfer:
+    owners: dict[str, Any] = {**clearance_joints(scene), **line_bodies(scene)}
     rest = np.zeros(len(motion_solver.x))
     for name, rows in motion_solver.regions.items():
-        owner = scene.body.get(name) or scene.joint[name.split(".")[0]]
+        owner = owners.get(name) or owners[name.split(".")[0]]
         rest[rows] = owner.reference_temperature
-    x, regions = (np.zeros((0, 3)), {}) if heat_solver is None else \
-        (heat_solver.x, heat_solver.regions)
-    return transfer(
-        x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest
+    x, regions = (
+        (np.zeros((0, 3)), {}) if heat_solver is None else (heat_solver.x, heat_solver.regions)
     )
+    return transfer(x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest)
 
 
 def _triads(vectors: Array, kind: int) -> Array:

@@ -1,6 +1,6 @@
 """The plan: what will run, and what was left out and why."""
 
-from coupling.motion_tables import ClearanceRevolute, LineBody
+from coupling.descriptions import clearance_joints, line_bodies
 from coupling.scene import Scene
 
 ABSENT = {
@@ -33,8 +33,11 @@ def _heat_runs(scene: Scene, solver) -> list[tuple[str, str]]:
     table = scene.thermal
     if table is None:
         return []
-    conditions = [f"{len(getattr(table, k))} × {k}" for k in
-                  ("wall", "flux", "radiation", "fixed", "source", "part", "link") if getattr(table, k)]
+    conditions = [
+        f"{len(getattr(table, k))} × {k}"
+        for k in ("wall", "flux", "radiation", "fixed", "source", "part", "link")
+        if getattr(table, k)
+    ]
     what = f"{len(solver.x)} temperatures, {table.wall_points} around a tube"
     return [(f"thermal.{table.solver}", ", ".join([what, *conditions]))]
 
@@ -43,20 +46,29 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
     runs = []
     for term in system.elements:
         family = type(term).__module__.split(".")[-1]
-        damping = any(isinstance(b, LineBody) and b.damping > 0 for b in scene.body.values())
-        text = f"{len(term.dofs)} elements" + (", Kelvin–Voigt damping" if damping else "")
+        damping = ", Kelvin–Voigt damping" if _damped(scene) else ""
+        text = f"{len(term.dofs)} elements{damping}"
         runs.append((f"mechanics.{family}", text))
-    runs.append(("mechanics.joints", f"{system.m} constraints on {system.n} coordinates"
-                 + _driven(system)))
+    runs.append(
+        ("mechanics.joints", f"{system.m} constraints on {system.n} coordinates" + _driven(system))
+    )
     if system.contact is not None:
-        loose = [j for j in scene.joint.values() if isinstance(j, ClearanceRevolute)]
+        loose = clearance_joints(scene).values()
         rough = sum(j.friction is not None for j in loose)
-        text = f"{len(loose)} × planar revolute clearance" + (f", {rough} with friction" if rough else "")
+        text = f"{len(loose)} × planar revolute clearance" + (
+            f", {rough} with friction" if rough else ""
+        )
         runs.append(("mechanics.clearance", text))
     if scene.load or scene.gravity:
-        runs.append(("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else "")))
+        runs.append(
+            ("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else ""))
+        )
     runs.append(("mechanics.hht", _integration(scene)))
     return runs
+
+
+def _damped(scene: Scene) -> bool:
+    return any(body.damping > 0.0 for body in line_bodies(scene).values())
 
 
 def _driven(system) -> str:
@@ -92,7 +104,7 @@ def _left_out(scene: Scene, system) -> list[str]:
         found.append("loads: no [load]")
     if scene.gravity is None:
         found.append("gravity: no [gravity]")
-    if not any(isinstance(b, LineBody) and b.damping > 0 for b in scene.body.values()):
+    if not _damped(scene):
         found.append("structural damping: no body has any")
     return [*found, "mass matrix refill: density is constant"]
 
@@ -103,8 +115,8 @@ def _undelivered(scene: Scene) -> list[str]:
     taken = {part.of for part in scene.thermal.part.values()}
     sides = [
         f"{name}.{side}"
-        for name, joint in scene.joint.items()
-        if isinstance(joint, ClearanceRevolute) and joint.friction is not None
+        for name, joint in clearance_joints(scene).items()
+        if joint.friction is not None
         for side in ("journal", "bearing")
     ]
     return [f"frictional heat of {s}: no [thermal.part] is of it" for s in sides if s not in taken]

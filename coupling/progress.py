@@ -42,8 +42,11 @@ class Progress:
             self._advance_bar(model, window, text)
         elif time.monotonic() - self.said > PLAIN_INTERVAL or window.t >= model.end:
             self.said = time.monotonic()
-            self.console.print(f"t = {window.t:.6g} s of {model.end:.6g} s, "
-                               f"{self._left(model, window)} left · {text}", highlight=False)
+            self.console.print(
+                f"t = {window.t:.6g} s of {model.end:.6g} s, "
+                f"{self._left(model, window)} left · {text}",
+                highlight=False,
+            )
 
     def _left(self, model: Any, window: Done) -> str:
         """Time left at the mean pace since the first window, which alone compiles kernels."""

@@ -14,7 +14,9 @@ def latest(parent: Path) -> Path:
     """The newest run folder that has results. Raises BadCase if there is none."""
     runs = [p for p in parent.glob("*") if p.name.isdecimal() and (p / FILE_NAME).is_file()]
     if not runs:
-        raise BadCase(str(parent), [Problem("", "no run to resume; leave out --resume to start one")])
+        raise BadCase(
+            str(parent), [Problem("", "no run to resume; leave out --resume to start one")]
+        )
     return max(runs, key=lambda p: int(p.name))
 
 

@@ -32,8 +32,11 @@ class Transfer(NamedTuple):
 
 
 def transfer(
-    x: Array, regions: Mapping[str, Indices],
-    points: Array, axes: Array, point_regions: Mapping[str, Indices],
+    x: Array,
+    regions: Mapping[str, Indices],
+    points: Array,
+    axes: Array,
+    point_regions: Mapping[str, Indices],
     rest: Array,
 ) -> Transfer:
     """Build the transfer from temperatures at ``x`` to sections at ``points``.
@@ -45,7 +48,7 @@ def transfer(
     rest : (m,) float [K]  temperature of points whose region has no temperatures
     """
     count = 3 * len(points)
-    entries: list[tuple[Array, Array, Array]] = []
+    entries: list[tuple[Indices, Indices, Array]] = []
     base = np.zeros((len(points), 3))
     base[:, 0] = rest
     for name, rows in point_regions.items():
@@ -54,10 +57,9 @@ def transfer(
             base[rows, 0] = 0.0
             k, c = np.nonzero(block)
             entries.append((3 * rows[k // 3] + k % 3, regions[name][c], block[k, c]))
-    i, j, v = (np.concatenate([np.zeros(0), *part]) for part in zip(*entries, strict=True)) \
-        if entries else (np.zeros(0),) * 3
-    ij = (i.astype(np.intp), j.astype(np.intp))
-    return Transfer(csr_array((v, ij), shape=(count, len(x))), base)
+    i, j = (np.concatenate([np.zeros(0, np.intp), *(e[k] for e in entries)]) for k in (0, 1))
+    v = np.concatenate([np.zeros(0), *(e[2] for e in entries)])
+    return Transfer(csr_array((v, (i, j)), shape=(count, len(x))), base)
 
 
 def _region(x: Array, points: Array, axes: Array) -> Array:

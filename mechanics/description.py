@@ -71,7 +71,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Clamp:
-    """Node ``a`` keeps position and section orientation relative to ``b``; the section may breathe."""
+    """Node ``a`` keeps position and orientation relative to ``b``; its section may breathe."""
 
     name: str
     a: Site

@@ -20,8 +20,8 @@ from mechanics.system import Coefficients, System
 
 Array = NDArray[np.float64]
 
-LANDING = 1e-5
-"""An onset is located when the gap is within this fraction of the clearance [-]."""
+LANDING = 1e-6
+"""An impact begins where the journal is within this fraction of the clearance of touching [-]."""
 CALM = 4
 """Steps between a refusal and the next doubling of the step size."""
 IMPACT_RESOLUTION = 32.0
@@ -29,7 +29,7 @@ IMPACT_RESOLUTION = 32.0
 VIOLENT = 0.1
 """Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
 DOUBLING_ERROR = 0.1
-"""A local error below this fraction of the tolerance allows twice the step: 2^3 of it stays below 1."""
+"""Part of the tolerance below which a local error allows twice the step, eight times the error."""
 UNMEASURED = -1.0
 """Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
 
@@ -199,8 +199,9 @@ def _try(
     start = here.state.motion
     last = start.t + h > end - 1e-9 * window.h
     coef = window.at(end if last else start.t + h)
-    touching = (start.approach != 0.0).tobytes()
-    made = step(system, control.scheme, start, h, coef, here.jacobian, touching)
+    touching = start.approach != 0.0
+    acting = _acting(coef, touching)
+    made = step(system, control.scheme, start, h, acting, here.jacobian, touching.tobytes())
     if made.motion is None or made.jacobian is None:
         return None, made.iterations, made.why
     error = _error(system, control, start, made.motion)
@@ -208,6 +209,18 @@ def _try(
         return None, made.iterations, "the local error stays above the tolerance"
     motion = made.motion._replace(t=end) if last else made.motion
     return _Tried(motion, coef, made.jacobian, error), made.iterations, ""
+
+
+def _acting(coef: Coefficients, touching: NDArray[np.bool_]) -> Coefficients:
+    """No contact acts in a step that begins in free flight: it ends where the impact begins.
+
+    A force at the end of a long step would slow the journal down before it arrives.
+    """
+    if touching.all():
+        return coef
+    joints = coef[-1].copy()
+    joints[~touching, 0] = 0.0
+    return *coef[:-1], joints
 
 
 def _error(system: System, control: Control, m0: Motion, m1: Motion) -> float:
@@ -224,10 +237,10 @@ def _landing(system: System, here: _Here, tried: _Tried) -> float | None:
     m0, m1 = here.state.motion, tried.motion
     g0, r0, c0 = _gaps(system, m0, here.coef)
     g1, r1, c1 = _gaps(system, m1, tried.coef)
-    onset = (m0.approach == 0.0) & (g0 < 0.0) & (g1 > LANDING * np.maximum(np.abs(c0), np.abs(c1)))
-    h = m1.t - m0.t
-    fractions = [_first_root(g0[j], h * r0[j], g1[j], h * r1[j]) for j in np.flatnonzero(onset)]
-    return min(fractions, default=None)
+    h, near = m1.t - m0.t, LANDING * np.maximum(np.abs(c0), np.abs(c1))
+    suspects = (m0.approach == 0.0) & ((g1 > near) | ((r0 > 0.0) & (r1 < 0.0)))
+    paths = [(g0[j], h * r0[j], g1[j], h * r1[j], near[j]) for j in np.flatnonzero(suspects)]
+    return min((s for path in paths if (s := _onset(*path)) is not None), default=None)
 
 
 def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
@@ -238,15 +251,23 @@ def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Ar
     return tuple(response[:, columns.index(c)] for c in ("penetration", "rate", "clearance"))
 
 
-def _first_root(g0: float, d0: float, g1: float, d1: float) -> float:
-    """First zero in (0, 1) of the cubic with end values g and end slopes d, g0 < 0 < g1."""
-    cubic = np.polynomial.Polynomial(
-        [g0, d0, 3 * (g1 - g0) - 2 * d0 - d1, 2 * (g0 - g1) + d0 + d1]
-    )
+def _onset(g0: float, d0: float, g1: float, d1: float, near: float) -> float | None:
+    """Where in (0, 1) the cubic with end values g and end slopes d rises through zero.
+
+    None if it stays below ``near``.
+    """
+    cubic = np.polynomial.Polynomial([g0, d0, 3 * (g1 - g0) - 2 * d0 - d1, 2 * (g0 - g1) + d0 + d1])
+    if g1 <= near and not len(_roots(cubic - near)):
+        return None
+    rising = [s for s in _roots(cubic) if cubic.deriv()(s) > 0.0]
+    return min(rising, default=-g0 / (g1 - g0))
+
+
+def _roots(cubic: np.polynomial.Polynomial) -> Array:
+    """Real roots in (0, 1)."""
     roots = cubic.roots()
     real = roots[np.abs(roots.imag) < 1e-9].real
-    inside = real[(real > 0.0) & (real < 1.0)]
-    return float(inside.min()) if len(inside) else -g0 / (g1 - g0)
+    return real[(real > 0.0) & (real < 1.0)]
 
 
 def _accept(system: System, control: Control, here: _Here, tried: _Tried) -> _Here:
@@ -286,9 +307,7 @@ def _next_rung(system: System, control: Control, state: State, tried: _Tried) ->
     return state._replace(calm=calm)
 
 
-def _impact_rung(
-    system: System, control: Control, motion: Motion, coef: Coefficients
-) -> int:
+def _impact_rung(system: System, control: Control, motion: Motion, coef: Coefficients) -> int:
     """Rung that resolves the impacts in which penetration changes noticeably; 0 if none does."""
     if system.contact is None or not motion.approach.any():
         return 0

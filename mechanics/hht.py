@@ -99,8 +99,13 @@ class _Trial(NamedTuple):
 
 
 def step(
-    system: System, scheme: Scheme, start: Motion, h: float, coef: Coefficients,
-    jacobian: Jacobian | None, touching: bytes,
+    system: System,
+    scheme: Scheme,
+    start: Motion,
+    h: float,
+    coef: Coefficients,
+    jacobian: Jacobian | None,
+    touching: bytes,
 ) -> Step:
     """Advance by ``h`` with the coefficients of the end of the step.
 
@@ -186,4 +191,3 @@ def _newton(
         before = size
     why = f"Newton did not converge at {system.name_of(worst)}"
     return None, count + 1, why
-

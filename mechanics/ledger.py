@@ -87,7 +87,12 @@ def contact_losses(b0: Balance, b1: Balance) -> Array:
 
 
 def entries(
-    system: System, scheme: Scheme, m0: Motion, m1: Motion, b0: Balance, b1: Balance,
+    system: System,
+    scheme: Scheme,
+    m0: Motion,
+    m1: Motion,
+    b0: Balance,
+    b1: Balance,
     heating: float,
 ) -> Array:
     """Row of ``TERMS``: stored energies at the end, works and losses of the step [J]."""

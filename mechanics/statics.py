@@ -60,7 +60,12 @@ def equilibrium(
 
 
 def _newton(
-    system: System, q: Array, lam: Array, goal: float, coef: Coefficients, tolerance: float,
+    system: System,
+    q: Array,
+    lam: Array,
+    goal: float,
+    coef: Coefficients,
+    tolerance: float,
     iterations: int,
 ) -> Equilibrium:
     n, rest = system.n, np.zeros(system.n)

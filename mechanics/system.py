@@ -69,8 +69,10 @@ class System:
             columns.append(np.tile(term.dofs, (1, k)).ravel())
             values.append(blocks.ravel())
         at, mass = _point_masses(description, self.layout)
-        entries = [np.concatenate([*part, extra]) for part, extra in
-                   ((rows, at), (columns, at), (values, mass))]
+        entries = [
+            np.concatenate([*part, extra])
+            for part, extra in ((rows, at), (columns, at), (values, mass))
+        ]
         return csr_array((entries[2], (entries[0], entries[1])), shape=(self.n, self.n))
 
     def _contact_mass(self) -> Array:
@@ -144,7 +146,13 @@ class System:
     # -- the system matrix ---------------------------------------------------------------------
 
     def matrix(
-        self, q: Array, v: Array, t: float, lam: Array, coef: Coefficients, approach: Array,
+        self,
+        q: Array,
+        v: Array,
+        t: float,
+        lam: Array,
+        coef: Coefficients,
+        approach: Array,
         factors: Factors,
     ) -> Array:
         """Data of [[cM M + cK K + cC C, Phi_q^T], [Phi_q, 0]] on ``pattern``."""

@@ -1,11 +1,14 @@
 """Beams and cables in statics, and their frequencies."""
 
+from functools import partial
+from operator import mul
+
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.verify.models import bent, clamp, elastic, model, sections, straight
 from coupling.verify.registry import Check, problem
-from mechanics.description import Beam, Force, Guide, Moment, Site
+from mechanics.description import Beam, Force, Guide, Joint, Moment, Site
 from mechanics.modes import modes
 from meshes.sections import general, rectangle, tube
 
@@ -61,7 +64,7 @@ def roll_up() -> list[Check]:
     for turns, elements in ((1, 12), (2, 24)):
         section, material = rectangle(1e-2, 1e-2), elastic(1e9)
         moment = 2.0 * np.pi * turns * 1e9 * section.second_moment_2
-        bend = Moment("end", Site("beam", elements), np.array([0, 0, 1.0]), lambda s, m=moment: s * m)
+        bend = Moment("end", Site("beam", elements), np.array([0, 0, 1.0]), partial(mul, moment))
         made = model(straight(1.0, elements, section, material), [clamp()], [bend])
         x = made.position(bent(made, 20 * turns).q, "beam", elements)
         gap = float(np.linalg.norm(x))
@@ -93,13 +96,13 @@ def nachbagauer() -> list[Check]:
     ]
 
 
-@problem("beams", "cantilever under combined moments", "Nachbagauer, Gruber & Gerstmayr 2013, Table 4")
+@problem(
+    "beams", "cantilever under combined moments", "Nachbagauer, Gruber & Gerstmayr 2013, Table 4"
+)
 def combined_moments() -> list[Check]:
     E, height, width = 2.07e11, 0.2, 0.4
     nu = 0.3
-    section = general(
-        height * width, 55.2e6 / E, 220.8e6 / E, 61.2295e6 / (E / (2.0 * (1.0 + nu)))
-    )
+    section = general(height * width, 55.2e6 / E, 220.8e6 / E, 61.2295e6 / (E / (2.0 * (1.0 + nu))))
     loads = [
         Moment("torque", Site("beam", 16), np.array([1.0, 0, 0]), lambda s: 0.5e6 * s),
         Moment("bending", Site("beam", 16), np.array([0, 1.0, 0]), lambda s: 2e6 * s),
@@ -108,9 +111,7 @@ def combined_moments() -> list[Check]:
     moved = np.abs(made.position(bent(made).q, "beam", 16) - np.array([2.0, 0, 0]))
     reference = (1.0944e-4, 1.8644e-4, 1.81174e-2)
     names = ("|u_x|", "|u_y|", "|u_z|")
-    return [
-        Check(n, v, r, 1e-3, "m") for n, v, r in zip(names, moved, reference, strict=True)
-    ]
+    return [Check(n, v, r, 1e-3, "m") for n, v, r in zip(names, moved, reference, strict=True)]
 
 
 @problem("beams", "Princeton beam", "Dowell & Traybar 1975; Obrezkov et al. 2022")
@@ -162,7 +163,9 @@ def _bend_45(torsion: float, elements: int = 16) -> Array:
     tangent = np.column_stack([np.sin(angle), np.cos(angle), zero])
     normal = np.column_stack([np.cos(angle), -np.sin(angle), zero])
     axes = np.stack([tangent, normal, np.cross(tangent, normal)], axis=1)
-    section = general(1.0, 1.0 / 12.0, 1.0 / 12.0, torsion, shear_factor_2=5 / 6, shear_factor_3=5 / 6)
+    section = general(
+        1.0, 1.0 / 12.0, 1.0 / 12.0, torsion, shear_factor_2=5 / 6, shear_factor_3=5 / 6
+    )
     beam = Beam("beam", points, axes, section, elastic(1e7), 298.15)
     push = Force("tip", Site("beam", elements), np.array([0, 0, 1.0]), lambda s: 600.0 * s)
     made = model(beam, [clamp()], [push])
@@ -172,7 +175,7 @@ def _bend_45(torsion: float, elements: int = 16) -> Array:
 @problem("beams", "bending frequencies", "Euler–Bernoulli, λL of each support")
 def frequencies() -> list[Check]:
     pinned = Guide("pin", Site("beam", 16), np.eye(3)[1:])
-    supports = {
+    supports: dict[str, tuple[list[Joint], int, float]] = {
         "cantilever, first": ([clamp()], 0, 1.8751041),
         "cantilever, second": ([clamp()], 2, 4.6940911),
         "clamped and pinned": ([clamp(), pinned], 0, 3.9266023),
@@ -184,7 +187,7 @@ def frequencies() -> list[Check]:
     ]
 
 
-def _frequency(joints: list, which: int, root: float) -> tuple[float, float]:
+def _frequency(joints: list[Joint], which: int, root: float) -> tuple[float, float]:
     section, material = rectangle(5e-3, 5e-3), elastic(70e9, 0.3, 2700.0)
     made = model(straight(1.0, 16, section, material), joints)
     rest = np.zeros(made.system.m)

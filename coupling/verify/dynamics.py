@@ -7,7 +7,17 @@ from scipy.integrate import solve_ivp
 from coupling.verify.models import clamp, elastic, model, straight
 from coupling.verify.motion import Path, fixed, order, run
 from coupling.verify.registry import Check, problem
-from mechanics.description import Distance, Force, Guide, Moment, Particle, Revolute, Site
+from mechanics.description import (
+    Distance,
+    Force,
+    Guide,
+    Joint,
+    Load,
+    Moment,
+    Particle,
+    Revolute,
+    Site,
+)
 from mechanics.dynamics import Control
 from mechanics.hht import Scheme
 from meshes.sections import general, rectangle
@@ -20,7 +30,10 @@ PLANE = np.array([[0.0, 0.0, 1.0]])
 def _pendulum(h: float, end: float, newton: float = 1e-10) -> Path:
     """Unit mass on a unit rod, released from (-1, 0) (IFToMM benchmark A01)."""
     bob = Particle("bob", np.array([-1.0, 0.0, 0.0]), 1.0)
-    joints = [Distance("rod", Site("bob"), Site(None)), Guide("plane", Site("bob"), PLANE)]
+    joints: list[Joint] = [
+        Distance("rod", Site("bob"), Site(None)),
+        Guide("plane", Site("bob"), PLANE),
+    ]
     return run(model(bob, joints, gravity=GRAVITY), end, fixed(h, newton=newton))
 
 
@@ -39,14 +52,18 @@ def pendulum() -> list[Check]:
 @problem("dynamics", "order of HHT in index 3", "Negrut et al. 2007; exact: angle by DOP853")
 def hht_order() -> list[Check]:
     end, coarse = 0.8, 8e-3
-    exact = _exact_pendulum(np.arange(1, round(end / coarse) + 1) * coarse)
+    exact = _exact_pendulum(coarse * np.arange(1.0, round(end / coarse) + 1))
     found = []
     for refined in (1, 2, 4, 8):
         p = _pendulum(coarse / refined, end, 1e-15)
-        found.append([np.abs(getattr(p, k)[refined - 1 :: refined] - e).max() for k, e in exact.items()])
+        found.append(
+            [np.abs(getattr(p, k)[refined - 1 :: refined] - e).max() for k, e in exact.items()]
+        )
     orders = [order(column) for column in np.array(found).T]
     names = ("positions", "velocities", "multipliers")
-    return [Check(f"order of {n}", p, 2.0, 0.1, "", True) for n, p in zip(names, orders, strict=True)]
+    return [
+        Check(f"order of {n}", p, 2.0, 0.1, "", True) for n, p in zip(names, orders, strict=True)
+    ]
 
 
 def _exact_pendulum(times: Array) -> dict[str, Array]:
@@ -63,7 +80,9 @@ def _exact_pendulum(times: Array) -> dict[str, Array]:
     return {"q": r, "v": w[:, None] * t, "lam": np.stack([w * w - g * np.sin(a), zero], 1)}
 
 
-@problem("dynamics", "spectral radius of HHT at infinity", "ρ = (1 + α)/(1 − α), Hilber et al. 1977")
+@problem(
+    "dynamics", "spectral radius of HHT at infinity", "ρ = (1 + α)/(1 − α), Hilber et al. 1977"
+)
 def spectral_radius() -> list[Check]:
     return [
         Check(f"α = {alpha:.4g}", _radius(alpha), (1 + alpha) / (1 - alpha), 1e-3)
@@ -87,7 +106,7 @@ def _radius(alpha: float) -> float:
 @problem("dynamics", "double pendulum", "two unit masses and rods from horizontal, DOP853")
 def double_pendulum() -> list[Check]:
     bobs = [Particle(f"bob{i}", np.array([-float(i), 0.0, 0.0]), 1.0) for i in (1, 2)]
-    joints = [
+    joints: list[Joint] = [
         Distance("upper", Site("bob1"), Site(None)),
         Distance("lower", Site("bob2"), Site("bob1")),
         Guide("plane1", Site("bob1"), PLANE), Guide("plane2", Site("bob2"), PLANE),
@@ -139,7 +158,7 @@ def flying_spaghetti() -> list[Check]:
     start = np.array([6.0, 0.0, 0.0])
     beam = beam.__class__(**{**beam.__dict__, "points": beam.points + start})
     on = lambda t: float(t <= 2.5)  # noqa: E731
-    loads = [
+    loads: list[Load] = [
         Force("push", Site("beam", 0), np.array([1.0, 0, 0]), lambda t: 8.0 * on(t)),
         Moment("turn", Site("beam", 0), np.array([0, 0, -1.0]), lambda t: 80.0 * on(t)),
     ]

@@ -36,8 +36,9 @@ class Model(NamedTuple):
         return q[first : first + layout.kinds[body]].reshape(-1, 3)
 
 
-def elastic(youngs_modulus: float, poissons_ratio: float = 0.0, density: float = 1.0,
-            expansion: float = 0.0) -> Material:
+def elastic(
+    youngs_modulus: float, poissons_ratio: float = 0.0, density: float = 1.0, expansion: float = 0.0
+) -> Material:
     """A material with constant properties; conductivity and heat capacity play no part."""
     return constant_material(
         "verification", density, youngs_modulus, poissons_ratio, expansion, 1.0, 1.0
@@ -45,8 +46,13 @@ def elastic(youngs_modulus: float, poissons_ratio: float = 0.0, density: float =
 
 
 def straight(
-    length: float, elements: int, section: Section, material: Material, element: str = "beam3243",
-    direction: Sequence[float] = (1.0, 0.0, 0.0), normal: Sequence[float] = (0.0, 1.0, 0.0),
+    length: float,
+    elements: int,
+    section: Section,
+    material: Material,
+    element: str = "beam3243",
+    direction: Sequence[float] = (1.0, 0.0, 0.0),
+    normal: Sequence[float] = (0.0, 1.0, 0.0),
 ) -> Beam:
     """A straight beam from the origin, named "beam"."""
     end = length * np.asarray(direction, float)
@@ -55,8 +61,10 @@ def straight(
 
 
 def model(
-    bodies: Beam | Particle | Sequence[Beam | Particle], joints: Sequence[Joint] = (),
-    loads: Sequence[Load] = (), gravity: Sequence[float] = (0.0, 0.0, 0.0),
+    bodies: Beam | Particle | Sequence[Beam | Particle],
+    joints: Sequence[Joint] = (),
+    loads: Sequence[Load] = (),
+    gravity: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Model:
     """Build a system and its coefficients at the reference temperature."""
     parts = [bodies] if isinstance(bodies, Beam | Particle) else list(bodies)
@@ -64,7 +72,9 @@ def model(
     return Model(system, system.coefficients(sections(system)))
 
 
-def sections(system: System, mean: float = ROOM, along_2: float = 0.0, along_3: float = 0.0) -> Array:
+def sections(
+    system: System, mean: float = ROOM, along_2: float = 0.0, along_3: float = 0.0
+) -> Array:
     """Uniform section temperatures (m, 3) [K, K/m, K/m]."""
     return np.tile([mean, along_2, along_3], (len(system.layout.x), 1))
 

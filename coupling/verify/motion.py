@@ -31,7 +31,10 @@ def fixed(h: float, alpha: float = -0.1, newton: float = 1e-10) -> Control:
 
 
 def run(
-    made: Model, end: float, control: Control, windows: int = 1,
+    made: Model,
+    end: float,
+    control: Control,
+    windows: int = 1,
     heated: Callable[[float], Coefficients] | None = None,
 ) -> Path:
     """All accepted steps up to ``end`` [s]; an error if the run stops.
