@@ -15,6 +15,9 @@ from scipy.sparse import csr_array
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+SAME_STATION = 1e-7
+"""Temperatures this near along a member, relative to its length, are of one section [-]."""
+
 
 class Transfer(NamedTuple):
     """matrix : (3 m, n) csr; rest : (m, 3) float  sections of points that no temperature reaches"""
@@ -76,26 +79,40 @@ def _region(x: Array, points: Array, axes: Array) -> Array:
 
 
 def _section_coordinates(x: Array, points: Array, axes: Array) -> tuple[Array, Array, Array]:
-    """Arclength and section coordinates of ``x`` about the line through ``points``."""
-    edges = np.diff(points, axis=0)
-    lengths = np.linalg.norm(edges, axis=1)
+    """Arclength and section coordinates of ``x`` about the line through ``points``.
+
+    What lies in the section plane of the nearest edge's end belongs to that node, also where
+    the line bends and the foot on the edge is elsewhere.
+    """
+    edge, along, lengths = _nearest_edges(x, points)
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
-    along = np.einsum("nec,ec->ne", x[:, None] - points[None, :-1], edges / lengths[:, None])
-    along = np.clip(along, 0.0, lengths)
-    foot = points[None, :-1] + along[..., None] * (edges / lengths[:, None])
-    nearest = np.argmin(np.linalg.norm(x[:, None] - foot, axis=2), axis=1)
-    rows = np.arange(len(x))
-    along, foot = along[rows, nearest], foot[rows, nearest]
-    node = nearest + (along > 0.5 * lengths[nearest])
-    offset = x - foot
+    for end in (edge, edge + 1):
+        across = np.abs(np.einsum("nc,nc->n", x - points[end], axes[end, 0]))
+        at_end = np.where(end == edge, 0.0, lengths[edge])
+        along = np.where(across <= SAME_STATION * starts[-1], at_end, along)
+    fraction = (along / lengths[edge])[:, None]
+    offset = x - (1.0 - fraction) * points[edge] - fraction * points[edge + 1]
+    node = edge + (fraction[:, 0] > 0.5)
     y = np.einsum("nc,nc->n", offset, axes[node, 1])
     z = np.einsum("nc,nc->n", offset, axes[node, 2])
-    return starts[nearest] + along, y, z
+    return starts[edge] + along, y, z
+
+
+def _nearest_edges(x: Array, points: Array) -> tuple[Indices, Array, Array]:
+    """Edge nearest to each of ``x``, distance of the foot from its start, lengths of the edges."""
+    edges = np.diff(points, axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    tangents = edges / lengths[:, None]
+    along = np.einsum("nec,ec->ne", x[:, None] - points[None, :-1], tangents)
+    along = np.clip(along, 0.0, lengths)
+    foot = points[None, :-1] + along[..., None] * tangents
+    nearest = np.argmin(np.linalg.norm(x[:, None] - foot, axis=2), axis=1)
+    return nearest, along[np.arange(len(x)), nearest], lengths
 
 
 def _profiles(s: Array, y: Array, z: Array) -> tuple[Array, Array]:
     """Stations (k,) and, for each, the least-squares fit of mean and gradients (k, 3, n)."""
-    tolerance = 1e-7 * max(np.ptp(s), 1e-12)
+    tolerance = SAME_STATION * max(np.ptp(s), 1e-12)
     order = np.argsort(s, kind="stable")
     breaks = np.flatnonzero(np.diff(s[order]) > tolerance) + 1
     groups = np.split(order, breaks)
