@@ -21,7 +21,7 @@ from mechanics.system import Coefficients, System
 Array = NDArray[np.float64]
 
 LANDING = 1e-6
-"""An impact begins where the journal is within this fraction of the clearance of touching [-]."""
+"""An impact begins, and ends, within this fraction of the clearance before touching [-]."""
 CALM = 4
 """Steps between a refusal and the next doubling of the step size."""
 IMPACT_RESOLUTION = 32.0
@@ -238,9 +238,9 @@ def _landing(system: System, here: _Here, tried: _Tried) -> float | None:
     g0, r0, c0 = _gaps(system, m0, here.coef)
     g1, r1, c1 = _gaps(system, m1, tried.coef)
     h, near = m1.t - m0.t, LANDING * np.maximum(np.abs(c0), np.abs(c1))
-    suspects = (m0.approach == 0.0) & ((g1 > near) | ((r0 > 0.0) & (r1 < 0.0)))
-    paths = [(g0[j], h * r0[j], g1[j], h * r1[j], near[j]) for j in np.flatnonzero(suspects)]
-    return min((s for path in paths if (s := _onset(*path)) is not None), default=None)
+    flying = np.flatnonzero((m0.approach == 0.0) & ((g1 > 0.0) | ((r0 > 0.0) & (r1 < 0.0))))
+    found = [_onset(g0[j], h * r0[j], g1[j], h * r1[j], near[j]) for j in flying]
+    return min((s for s in found if s is not None), default=None)
 
 
 def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
@@ -252,15 +252,18 @@ def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Ar
 
 
 def _onset(g0: float, d0: float, g1: float, d1: float, near: float) -> float | None:
-    """Where in (0, 1) the cubic with end values g and end slopes d rises through zero.
+    """Where in (0, 1) the cubic with end values g and end slopes d is about to rise above zero.
 
-    None if it stays below ``near``.
+    That is ``near``/2 below; None if it stays below zero. A flight that begins closer than
+    ``near``, as only one from the initial state can, may rise to ``near`` unnoticed.
     """
+    far = g0 < -near
+    limit, goal = (0.0, -0.5 * near) if far else (near, 0.0)
     cubic = np.polynomial.Polynomial([g0, d0, 3 * (g1 - g0) - 2 * d0 - d1, 2 * (g0 - g1) + d0 + d1])
-    if g1 <= near and not len(_roots(cubic - near)):
+    if g1 <= limit and not len(_roots(cubic - limit)):
         return None
-    rising = [s for s in _roots(cubic) if cubic.deriv()(s) > 0.0]
-    return min(rising, default=-g0 / (g1 - g0))
+    rising = [s for s in _roots(cubic - goal) if cubic.deriv()(s) > 0.0]
+    return min(rising, default=(goal - g0) / (g1 - g0))
 
 
 def _roots(cubic: np.polynomial.Polynomial) -> Array:
@@ -286,12 +289,14 @@ def _approach(system: System, motion: Motion, coef: Coefficients) -> Array:
     """Approach speed of each running impact: the largest since its onset; 0 once it is over.
 
     Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
-    are loaded anew without a separation.
+    are loaded anew without a separation. Once begun, an impact is over when the journal is
+    clearly apart, so that no flight is too short for its end to be located.
     """
     if system.contact is None:
         return motion.approach
     gap, rate, clearance = _gaps(system, motion, coef)
-    touching = (gap > 0.0) | ((gap > -LANDING * np.abs(clearance)) & (rate > 0.0))
+    closing = (rate > 0.0) | (motion.approach != 0.0)
+    touching = (gap > 0.0) | ((gap > -LANDING * np.abs(clearance)) & closing)
     largest = np.maximum(motion.approach, rate)
     return np.where(touching, np.where(largest > 0.0, largest, UNMEASURED), 0.0)
 
