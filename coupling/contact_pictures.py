@@ -17,7 +17,6 @@ Array = NDArray[np.float64]
 REGIMES = ("free flight", "impact", "slip", "stick")
 REGIME_COLORS = ("#9fb3c8", "#D55E00", "#F0B429", "#0072B2")
 BINS = 1200  # columns of the strip of regimes
-SAMPLES = 100  # looks at the regime in each column
 
 
 def draw_orbit(results: Results, figure: "Figure", joint: str) -> None:
@@ -126,7 +125,7 @@ def regime_shares(time: Array, regime: Array, edges: Array) -> Array:
 
     A recorded regime is that of the step that ends at its time.
     """
-    bins = len(edges) - 1
-    looks = edges[0] + (np.arange(bins * SAMPLES) + 0.5) * (edges[-1] - edges[0]) / bins / SAMPLES
-    seen = regime[np.minimum(np.searchsorted(time, looks), len(time) - 1)].reshape(bins, SAMPLES)
-    return np.stack([(seen == code).mean(axis=1) for code in range(len(REGIMES))], axis=1)
+    step = np.diff(time, prepend=time[0])
+    spent = [np.cumsum(step * (regime == code)) for code in range(len(REGIMES))]
+    shares = [np.diff(np.interp(edges, time, total)) / np.diff(edges) for total in spent]
+    return np.stack(shares, axis=1)

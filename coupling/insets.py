@@ -10,7 +10,7 @@ from coupling.painting import Colouring
 from coupling.pictures import scaled
 from coupling.reading import Results
 from coupling.surfaces import AROUND, Body, extent, surface
-from coupling.turning import departure, find_drive
+from coupling.turning import departure, find_drive, outermost_probe
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,31 +25,31 @@ LINES = ("#56B4E9", "#F0B429", "#EF767A")
 def find_insets(
     results: Results, bodies: list[Body], colouring: Colouring | None
 ) -> list[tuple[Any, ...]]:
-    """What there is to show: share of the height, function, its arguments."""
+    """What there is to show: shares of the height for all and below it, function, arguments."""
     found: list[tuple[Any, ...]] = []
     joints = [j for j in results.names("joints") if f"joints/{j}/orbit" in results]
     joints = [j for j in joints if len(results[f"joints/{j}/orbit"]) > 1]
     if joints:
         peak = {j: float(results[f"joints/{j}/normal_force"].max()) for j in joints}
         joint = max(joints, key=lambda j: peak[j])
-        found.append((0.47, _orbit_inset, joint, results.table(f"joints/{joint}")))
+        found.append((0.47, 0.07, _orbit_inset, joint, results.table(f"joints/{joint}")))
     heated = [b for b in bodies if b.temperature is not None and b.section is not None]
     if heated and colouring and colouring.field == "temperature":
-        found.append((0.24, _section_inset, max(heated, key=extent), colouring))
+        found.append((0.22, 0.06, _section_inset, max(heated, key=extent), colouring))
     drive = find_drive(results)
-    probes = [p for p in results.names("probes") if f"probes/{p}/position" in results]
-    if drive and probes and len(results[f"probes/{probes[-1]}/time"]) > 1:
-        table = results.table(f"probes/{probes[-1]}")
+    probe = outermost_probe(results, drive) if drive else None
+    if drive and probe and len(results[f"probes/{probe}/time"]) > 1:
+        table = results.table(f"probes/{probe}")
         away = departure(table["time"], table["position"], drive)
-        found.append((0.27, _departure_inset, probes[-1], table["time"], away))
+        found.append((0.29, 0.095, _departure_inset, probe, table["time"], away))
     return found
 
 
 def draw_insets(figure: "Figure", insets: list[tuple[Any, ...]]) -> None:
     """One below the other along the right edge."""
     top = 0.98
-    for height, draw, *arguments in insets:
-        ax = figure.add_axes((0.765, top - height + 0.07, 0.21, height - 0.11))
+    for height, below, draw, *arguments in insets:
+        ax = figure.add_axes((0.765, top - height + below, 0.21, height - below - 0.04))
         ax.set_facecolor(SKY)
         ax.tick_params(colors=INK, labelsize=9)
         ax.grid(color=GRID, lw=0.6)
@@ -99,8 +99,9 @@ def _departure_inset(ax: "Axes", probe: str, time: Array, away: Array) -> None:
     factor, unit = scaled(away, "m")
     for column, label, color in zip(away.T, ("outward", "ahead", "along axis"), LINES, strict=True):
         ax.plot(time, factor * column, color=color, lw=1.2, label=label)
-    ax.set_title(f"{probe}: off the rigid turn [{unit}] over time [s]", color=INK, fontsize=11)
-    _legend_below(ax, 0.13)
+    ax.set_title(f"{probe}: off the rigid turn [{unit}]", color=INK, fontsize=11)
+    ax.set_xlabel("time [s]", color=INK, fontsize=9, labelpad=1)
+    _legend_below(ax, 0.28)
 
 
 def _legend_below(ax: "Axes", gap: float, **entries: Any) -> None:

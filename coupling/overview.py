@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from coupling.export import orbit_plane, placement
 from coupling.insets import FAINT, INK, SKY, draw_insets, find_insets
 from coupling.painting import Camera, Colouring, camera_for, colouring_of, paint, palette
-from coupling.pictures import scaled
+from coupling.pictures import fitting_size, scaled
 from coupling.reading import Results
 from coupling.surfaces import Body, extent, read_bodies, surface
 from coupling.turning import Drive, find_drive, turned
@@ -32,7 +32,8 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     figure.set_facecolor(SKY)
     figure.set_layout_engine("none")
     title = str(results.attributes().get("title", ""))
-    figure.text(0.03, 0.925, title, color=INK, fontsize=19, weight="bold")
+    size = fitting_size(title, 0.70 * figure.get_figwidth(), 19.0)
+    figure.text(0.03, 0.925, title, color=INK, fontsize=size, weight="bold")
     bodies, times = read_bodies(results), results["frames/time"]
     frames = sorted({0, len(times) // 2, len(times) - 1})
     factor = enlargement(bodies, frames)

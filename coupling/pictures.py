@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.reading import Results
-from coupling.turning import Drive, chord_angle, departure, find_drive
+from coupling.turning import Drive, chord_angle, departure, find_drive, outermost_probe
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,9 +32,15 @@ def scaled(values: Array, unit: str) -> tuple[float, str]:
 def heading(results: Results, figure: "Figure", text: str) -> None:
     """Title of the case and what the picture shows."""
     title = str(results.attributes().get("title", ""))
-    figure.suptitle(
-        f"{title}: {text}" if title else text, x=0.01, ha="left", fontsize=13, weight="bold"
-    )
+    text = f"{title}: {text}" if title else text
+    size = fitting_size(text, 0.97 * figure.get_figwidth(), 13.0)
+    figure.suptitle(text, x=0.01, ha="left", fontsize=size, weight="bold")
+
+
+def fitting_size(text: str, width: float, largest: float) -> float:
+    """Size [pt] in which a bold line of text is not wider than ``width`` [inch]."""
+    em = 0.68 * max(len(text), 1)  # a letter of DejaVu Sans Bold is 0.68 em wide on average
+    return min(largest, 72.0 * width / em)
 
 
 # ---------------------------------------------------------------------------- temperature
@@ -70,14 +76,22 @@ def draw_temperature(results: Results, figure: "Figure") -> None:
 
 
 def _map(ax: "Axes", time: Array, along: Array, values: Array, colors: str, unit: str) -> None:
-    image = ax.pcolormesh(time, along, values.T, cmap=colors, shading="gouraud", rasterized=True)
+    t, x, fine = _refined(time, along, values)
+    image = ax.pcolormesh(t, x, fine.T, cmap=colors, shading="nearest", rasterized=True)
     bar = ax.figure.colorbar(image, ax=ax, pad=0.02, aspect=30)
     bar.set_label(f"[{unit}]")
     bar.outline.set_visible(False)
     if np.ptp(values) > 1e-9 * np.abs(values).max():
         levels = bar.get_ticks()
-        ax.contour(time, along, values.T, levels=levels, colors="white", linewidths=0.8, alpha=0.7)
+        ax.contour(t, x, fine.T, levels=levels, colors="white", linewidths=0.8, alpha=0.7)
     ax.grid(False)
+
+
+def _refined(time: Array, along: Array, values: Array) -> tuple[Array, Array, Array]:
+    """Values (f, n) linear in between, on a grid fine enough for a picture."""
+    t, x = np.linspace(time[0], time[-1], 400), np.linspace(along[0], along[-1], 300)
+    rows = np.array([np.interp(x, along, row) for row in values])
+    return t, x, np.array([np.interp(t, time, column) for column in rows.T]).T
 
 
 def _arclength(points: Array) -> Array:
@@ -109,12 +123,13 @@ def draw_motion(results: Results, figure: "Figure") -> None:
         _components(ax, table["time"], table["position"] - table["position"][0], ("x", "y", "z"))
         ax.set_title(f"{probe}: displacement")
     if drive:
-        _draw_turn(results, axes[-3:], probes[-1], drive)
+        _draw_turn(results, axes[-3:], drive)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
 
 
-def _draw_turn(results: Results, axes: "NDArray[Any]", probe: str, drive: Drive) -> None:
+def _draw_turn(results: Results, axes: "NDArray[Any]", drive: Drive) -> None:
+    probe = outermost_probe(results, drive)
     table = results.table(f"probes/{probe}")
     away = departure(table["time"], table["position"], drive)
     _components(axes[0], table["time"], away, ("outward", "ahead", "along axis"))
@@ -149,13 +164,15 @@ def _legend_beside(ax: "Axes") -> None:
 # --------------------------------------------------------------------------------- energy
 
 PANELS = {
-    "stored energy and work": (
+    "mechanical energy and work": (
         *("kinetic", "strain", "contact_elastic", "work_loads", "work_drive", "work_thermal"),
+        "damping",
     ),
-    "dissipation": ("friction", "heat_exchanged", "hysteresis", "damping"),
+    "dissipated in joints": ("hysteresis", "heat_exchanged", "friction"),
     "heat": ("heat_stored",),
     "integrator and defects": ("numerical", "defect", "heat_defect"),
 }
+BEHIND = ("heat_stored", "heat_exchanged")  # drawn broad, since others should cover them
 DEFECTS = "integrator and defects"
 
 
@@ -192,7 +209,8 @@ def draw_energy(results: Results, figure: "Figure") -> None:
 def _plot_terms(ax: "Axes", time: Array, values: dict[str, Array]) -> None:
     factor, unit = scaled(np.concatenate(list(values.values())), "J")
     for term, row in values.items():
-        ax.plot(time, factor * row, label=term.replace("_", " "))
+        style: dict[str, Any] = {"color": "#b8c1cb", "lw": 4.0} if term in BEHIND else {}
+        ax.plot(time, factor * row, label=term.replace("_", " "), **style)
     ax.set_ylabel(f"[{unit}]")
 
 

@@ -190,12 +190,13 @@ def _read_body(results: Results, name: str) -> Body:
 
 
 def _section(attributes: dict[str, object]) -> Section | None:
-    """The section as recorded; what is not needed for drawing is left at zero."""
-    if "section_kind" not in attributes:
+    """The section as recorded, None for a point; what drawing does not need may be missing."""
+    kind = attributes.get("section_kind", "point")
+    if kind == "point":
         return None
     names = (
         "area second_moment_2 second_moment_3 torsion_constant shear_factor_2 shear_factor_3 "
         "outer_perimeter height width radius thickness"
     )
     numbers = {name: attributes.get(name, 0.0) for name in names.split()}
-    return Section(kind=str(attributes["section_kind"]), **numbers)  # type: ignore[arg-type]
+    return Section(kind=str(kind), **numbers)  # type: ignore[arg-type]

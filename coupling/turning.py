@@ -45,6 +45,17 @@ def find_drive(results: Results) -> Drive | None:
     return None
 
 
+def outermost_probe(results: Results, drive: Drive) -> str | None:
+    """The probe that is farthest from the axis at first, None when there are no probes."""
+    reach: dict[str, float] = {}
+    for probe in results.names("probes"):
+        if f"probes/{probe}/position" in results:
+            position = results[f"probes/{probe}/position"]
+            arm = np.cross(drive.axis, position[:1] - drive.position)
+            reach[probe] = float(np.linalg.norm(arm))
+    return max(reach, key=lambda probe: reach[probe]) if reach else None
+
+
 def turned(vectors: Array, axis: Array, angle: Array) -> Array:
     """(n, 3) vectors, each turned about ``axis`` by its (n,) ``angle`` (Rodrigues)."""
     cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]

@@ -100,9 +100,10 @@ def arm_run(
     rows: int = 20_000,
     heat: bool = True,
     hinge: bool = True,
+    title: str = "Turning arm with a hinge in the sun",
 ) -> Path:
     """Record the made-up run in ``folder`` and return the path of the results."""
-    recorder = Recorder(folder, {"title": "Turning arm with a hinge in the sun", "scene": ""})
+    recorder = Recorder(folder, {"title": title, "scene": ""})
     for t in np.linspace(0.0, duration, frames):
         position, axes, temperature, resultants = shape(t, duration, angle, heat)
         row = {"position": position, "axes": axes, "resultants": resultants}
