@@ -204,9 +204,10 @@ def _try(
     made = step(system, control.scheme, start, h, acting, here.jacobian, touching.tobytes())
     if made.motion is None or made.jacobian is None:
         return None, made.iterations, made.why
-    error = _error(system, control, start, made.motion)
+    error, worst = _error(system, control, start, made.motion)
     if error > 1.0:
-        return None, made.iterations, "the local error stays above the tolerance"
+        why = f"the local error stays above the tolerance at {system.name_of(worst)}"
+        return None, made.iterations, why
     motion = made.motion._replace(t=end) if last else made.motion
     return _Tried(motion, coef, made.jacobian, error), made.iterations, ""
 
@@ -223,11 +224,16 @@ def _acting(coef: Coefficients, touching: NDArray[np.bool_]) -> Coefficients:
     return *coef[:-1], joints
 
 
-def _error(system: System, control: Control, m0: Motion, m1: Motion) -> float:
-    """Local error (beta - 1/6) h^2 |da| over the tolerance (Zienkiewicz & Xie 1991)."""
+def _error(system: System, control: Control, m0: Motion, m1: Motion) -> tuple[float, int]:
+    """Local error (beta - 1/6) h^2 |da| over the tolerance, and the coordinate where it is.
+
+    Zienkiewicz & Xie (1991).
+    """
     h = m1.t - m0.t
     factor = (control.scheme.beta - 1.0 / 6.0) * h * h / control.tolerance
-    return factor * float(np.max(np.abs(m1.a - m0.a) / system.scale, initial=0.0))
+    sizes = np.abs(m1.a - m0.a) / system.scale
+    worst = int(np.argmax(sizes))
+    return factor * float(sizes[worst]), worst
 
 
 def _landing(system: System, here: _Here, tried: _Tried) -> float | None:
