@@ -114,10 +114,12 @@ def _draw_strip(ax: "Axes", time: Array, regime: Array) -> None:
     for code, upper, part in zip(order, top, share, strict=True):
         color = REGIME_COLORS[code]
         ax.fill_between(edges[:-1], upper - part, upper, step="post", color=color, lw=0)
-    ax.set_ylim(0.0, 1.0)
+    begins = time[1:][(regime[1:] == 1) & (regime[:-1] != 1)]  # often too short to be seen
+    ax.plot(begins, np.full(len(begins), 1.1), "v", ms=5, color=REGIME_COLORS[1], mew=0)
+    ax.set_ylim(0.0, 1.25)
     ax.set_yticks([])
     ax.grid(False)
-    ax.set_title("share of time in each regime")
+    ax.set_title("share of time in each regime, and where impacts begin")
 
 
 def regime_shares(time: Array, regime: Array, edges: Array) -> Array:

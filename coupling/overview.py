@@ -42,8 +42,9 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     colouring = colouring_of(shapes)
     insets = find_insets(results, bodies, colouring)
     ax = figure.add_axes((0.03, 0.05, 0.68 if insets else 0.94, 0.84))
-    camera = camera_for(np.concatenate([body.position.reshape(-1, 3) for body in drawn]))
-    _frame_scene(ax, camera, bodies if factor == 1.0 else drawn)
+    seen = bodies if factor == 1.0 else drawn  # all frames when paths are shown
+    camera = camera_for(np.concatenate([body.position.reshape(-1, 3) for body in seen]))
+    _frame_scene(ax, camera, seen)
     if factor == 1.0:
         _draw_paths(ax, camera, results, bodies, times[frames])
     paint(ax, camera, shapes, colouring)
