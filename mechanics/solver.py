@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 class Mechanics:
     """ANCF bodies, joints and clearances, advanced by HHT-alpha.
 
+    ValueError with one line for each joint that repeats what others hold.
+
     Attributes
     ----------
     x : (m, 3) float [m]  reference positions of the points that carry a temperature
@@ -24,6 +26,10 @@ class Mechanics:
 
     def __init__(self, description: Description, control: Control):
         self.system = System(description)
+        repeated = self.system.repeated_joints()
+        if repeated:
+            text = "it holds something that joints before it hold already"
+            raise ValueError("\n".join(f"joint {name!r}: {text}" for name in repeated))
         self.control = control
         self.x = self.system.layout.x
         self.axes = self.system.layout.axes

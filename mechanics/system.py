@@ -25,6 +25,9 @@ Coefficients = tuple[Array, ...]
 JOURNAL_SCALE = 1e3
 """Coordinates of a node in a clearance joint are measured in this many clearances [-]."""
 
+REPEATED = 1e-9
+"""A constraint of which no more than this part is new repeats those before it [-]."""
+
 
 class Factors(NamedTuple):
     """Factors (1, cK, cC) with which mass, stiffness and damping enter a system matrix."""
@@ -211,6 +214,19 @@ class System:
         gamma = -(phi[0] - 2.0 * phi[1] + phi[2]) / eps**2
         x = solve(np.concatenate([-self.force(q, v, t, coef, approach), gamma]))
         return x[: self.n], x[self.n :]
+
+    def repeated_joints(self) -> list[str]:
+        """Joints that hold, in the reference, something that joints before them hold already."""
+        rows = np.empty(self.constraints.dofs.shape)
+        self.constraints.jacobian(self.layout.q0, 0.0, rows)
+        dense = np.zeros((self.m, self.n + 1))  # the last column takes absent coordinates
+        np.add.at(dense, (np.arange(self.m)[:, None], self.constraints.dofs), rows)
+        scaled = dense[:, :-1] * self.scale
+        scaled /= np.linalg.norm(scaled, axis=1, keepdims=True)
+        new = np.zeros(self.m)
+        new[: self.n] = np.abs(np.diagonal(np.linalg.qr(scaled.T, mode="r")))
+        names = np.array(self.constraints.names, dtype=object)
+        return list(dict.fromkeys(names[new < REPEATED]))
 
     def name_of(self, coordinate: int) -> str:
         """Body and node of a coordinate, or joint of a constraint row."""
