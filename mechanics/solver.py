@@ -11,11 +11,14 @@ from mechanics.system import Coefficients, System
 
 Array = NDArray[np.float64]
 
+START = 1e-9
+"""Sine of the angle at t = 0 above which a drive jumps [-]."""
+
 
 class Mechanics:
     """ANCF bodies, joints and clearances, advanced by HHT-alpha.
 
-    ValueError with one line for each joint that repeats what others hold.
+    ValueError with one line for each joint that cannot be.
 
     Attributes
     ----------
@@ -26,10 +29,9 @@ class Mechanics:
 
     def __init__(self, description: Description, control: Control):
         self.system = System(description)
-        repeated = self.system.repeated_joints()
-        if repeated:
-            text = "it holds something that joints before it hold already"
-            raise ValueError("\n".join(f"joint {name!r}: {text}" for name in repeated))
+        refused = _refused(self.system)
+        if refused:
+            raise ValueError("\n".join(refused))
         self.control = control
         self.x = self.system.layout.x
         self.axes = self.system.layout.axes
@@ -71,3 +73,13 @@ class Mechanics:
     def coefficients(self, T: Array) -> Coefficients:
         """Coefficient arrays of all terms at section temperatures ``T`` (m, 3)."""
         return self.system.coefficients(T)
+
+
+def _refused(system: System) -> list[str]:
+    """What is wrong with joints, one sentence for each."""
+    text = "it holds something that joints before it hold already"
+    found = [f"joint {name!r}: {text}" for name in system.repeated_joints()]
+    start = system.constraints.values(system.layout.q0, 0.0)
+    names = np.array(system.constraints.names, dtype=object)[np.abs(start) > START]
+    text = "its angle must be zero at t = 0: angles count from the reference"
+    return found + [f"joint {name!r}: {text}" for name in dict.fromkeys(names)]
