@@ -26,12 +26,23 @@ def draw_orbit(results: Results, figure: "Figure", joint: str) -> None:
     left, right = figure.subplots(1, 2)
     factor, unit = scaled(table["clearance"], "m")
     plot_orbit(left, table, factor)
-    left.set_xlabel(f"[{unit}]")
-    left.set_ylabel(f"[{unit}]")
+    directions = results.attributes(f"joints/{joint}").get("directions", np.empty((0, 3)))
+    along = [f"along {direction_name(d)} " for d in directions] or ["", ""]
+    left.set_xlabel(f"{along[0]}[{unit}]")
+    left.set_ylabel(f"{along[1]}[{unit}]")
     left.set_title("centre of the journal")
     _unrolled(right, table)
     handles = regime_handles(np.unique(table["regime"]))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles) + 1)
+
+
+def direction_name(direction: Array) -> str:
+    """ "x" or "-y" for a coordinate axis, otherwise the components."""
+    largest = int(np.argmax(np.abs(direction)))
+    rounded = np.round(direction, 2) + 0.0  # no -0
+    if np.count_nonzero(rounded) == 1:
+        return ("-" if direction[largest] < 0 else "") + "xyz"[largest]
+    return "(" + ", ".join(f"{component:g}" for component in rounded) + ")"
 
 
 def plot_orbit(ax: "Axes", table: dict[str, Array], factor: float, circle: str = "black") -> None:

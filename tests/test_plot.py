@@ -13,7 +13,7 @@ import synthetic
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from coupling.contact_pictures import regime_shares
+from coupling.contact_pictures import direction_name, regime_shares
 from coupling.overview import enlargement
 from coupling.painting import Camera, camera_for, colouring_of, paint
 from coupling.pictures import scaled
@@ -202,6 +202,14 @@ def test_shares_of_time_are_those_of_the_regimes() -> None:
     assert_allclose(regime_shares(time, regime, np.array([0.0, 4.0])), [[0.25, 0.125, 0.125, 0.5]])
     halves = regime_shares(time, regime, np.array([0.0, 2.0, 4.0]))
     assert_allclose(halves, [[0.5, 0.0, 0.25, 0.25], [0.0, 0.25, 0.0, 0.75]])
+
+
+@pytest.mark.parametrize(
+    ("direction", "name"),
+    [([0, 1, 0], "y"), ([-1, 1e-17, 0], "-x"), ([0.6, 0, -0.8], "(0.6, 0, -0.8)")],
+)
+def test_directions_of_an_orbit_are_named(direction: list[float], name: str) -> None:
+    assert direction_name(np.array(direction)) == name
 
 
 def test_turning_agrees_with_scipy() -> None:
