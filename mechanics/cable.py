@@ -37,12 +37,12 @@ DAMPED = 1e-4
 """Turning of the axis per element below which bending is not damped [rad]."""
 
 STRAINS = 5
-STATIONS = np.concatenate([line.GAUSS2, line.GAUSS3])
+STATIONS = np.concatenate([line.XI2, line.XI3])
 """Where the material is evaluated, as fractions of the length."""
 
 # An element is described by three vectors X: c = (r_b - r_a)/L and r_x at both nodes.
 FORM = line.AXIAL_FORM
-POINT = np.stack([line.curvature_weights(line.GAUSS2), line.tangent_weights(line.GAUSS2)], axis=1)
+POINT = np.stack([line.curvature_weights(line.XI2), line.tangent_weights(line.XI2)], axis=1)
 """(2, 2, 3) weights of X in L r'' and r' at the bending points."""
 NODAL = np.array([0, 1, 0, 2], dtype=np.intp)
 """The four vectors of coordinates r, r_x, r, r_x in terms of X."""

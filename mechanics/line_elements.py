@@ -33,9 +33,11 @@ inf   1.0 %, .29 %    .45 %, .24 %
 ====  ==============  =================
 """
 
-GAUSS3 = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
+XI2 = np.array([0.5 - np.sqrt(1.0 / 12.0), 0.5 + np.sqrt(1.0 / 12.0)])
+"""Two Gauss points as fractions of the length."""
+XI3 = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
 WEIGHT3 = np.array([5.0, 8.0, 5.0]) / 18.0
-GAUSS2 = np.array([0.5 - np.sqrt(1.0 / 12.0), 0.5 + np.sqrt(1.0 / 12.0)])
+"""Three Gauss points and their weights, whose sum is 1."""
 
 
 def tangent_weights(xi: Array) -> Array:
@@ -48,11 +50,11 @@ def curvature_weights(xi: Array) -> Array:
     return np.stack([6 - 12 * xi, -4 + 6 * xi, 6 * xi - 2], axis=-1)
 
 
-_Z = 2.0 * GAUSS3 - 1.0
+_Z = 2.0 * XI3 - 1.0
 LEGENDRE = np.stack([np.ones(3), _Z, 1.5 * _Z**2 - 0.5])
 """(3, 3) Legendre polynomials 0 to 2 at the three Gauss points."""
 
-_WEIGHTS = tangent_weights(GAUSS3)
+_WEIGHTS = tangent_weights(XI3)
 AXIAL_FORM = np.einsum("kg,gi,gj->kij", LEGENDRE * WEIGHT3, _WEIGHTS, _WEIGHTS)
 """(3, 3, 3): Legendre coefficient k of r'.r' is the sum over i, j of [k, i, j] X_i.X_j."""
 
