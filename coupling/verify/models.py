@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechanics.description import Beam, Clamp, Description, Joint, Load, Particle, Site
 from mechanics.statics import Equilibrium, equilibrium
@@ -51,8 +51,8 @@ def straight(
     section: Section,
     material: Material,
     element: str = "beam3243",
-    direction: Sequence[float] = (1.0, 0.0, 0.0),
-    normal: Sequence[float] = (0.0, 1.0, 0.0),
+    direction: ArrayLike = (1.0, 0.0, 0.0),
+    normal: ArrayLike = (0.0, 1.0, 0.0),
 ) -> Beam:
     """A straight beam from the origin, named "beam"."""
     end = length * np.asarray(direction, float)
@@ -64,7 +64,7 @@ def model(
     bodies: Beam | Particle | Sequence[Beam | Particle],
     joints: Sequence[Joint] = (),
     loads: Sequence[Load] = (),
-    gravity: Sequence[float] = (0.0, 0.0, 0.0),
+    gravity: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Model:
     """Build a system and its coefficients at the reference temperature."""
     parts = [bodies] if isinstance(bodies, Beam | Particle) else list(bodies)

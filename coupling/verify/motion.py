@@ -15,7 +15,9 @@ Array = NDArray[np.float64]
 
 
 class Path(NamedTuple):
-    """t : (k,) [s], q, v : (k, n), lam : (k, m), response : (k, n_j, columns), of each step"""
+    """Of each step: t : (k,) [s], q, v : (k, n), lam : (k, m), response : (k, n_j, columns),
+    ledger : (k, terms) [J], approach : (k, n_j) [m/s]
+    """
 
     t: Array
     q: Array
@@ -23,6 +25,7 @@ class Path(NamedTuple):
     lam: Array
     response: Array
     ledger: Array
+    approach: Array
 
 
 def fixed(h: float, alpha: float = -0.1, newton: float = 1e-10) -> Control:
@@ -61,6 +64,7 @@ def run(
         np.array([m.t for m in motions]), np.array([m.q for m in motions]),
         np.array([m.v for m in motions]), np.array([m.lam for m in motions]),
         np.array([r for _, r in steps]), np.array([s.ledger for s, _ in steps]),
+        np.array([m.approach for m in motions]),
     )  # fmt: skip
 
 
