@@ -1,0 +1,477 @@
+"""Substeps: windows, ladder of step sizes, refusals, reuse of factors, reversal, reasons."""
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from coupling.verify.models import clamp, elastic, model, sections, straight
+from mechanics import dynamics
+from mechanics.description import (
+    Clamp,
+    ClearanceRevolute,
+    Description,
+    Distance,
+    Force,
+    Guide,
+    Particle,
+    Revolute,
+    Site,
+    Spherical,
+)
+from mechanics.dynamics import CALM, Control, Window, advance, initial_state
+from mechanics.hht import FROZEN, Scheme, step
+from mechanics.solver import Mechanics
+from mechanics.system import System
+from meshes.sections import rectangle
+
+X, Y, Z = np.eye(3)
+GRAVITY = (0.0, -9.81, 0.0)
+ALUMINIUM = elastic(70e9, 0.3, 2700.0, 2e-5)
+SQUARE = rectangle(0.01, 0.01)
+
+
+def fixed(h, alpha=-0.1, newton=1e-13):
+    return Control(np.inf, h, h, Scheme(alpha, newton))
+
+
+def swinging_rope():
+    """A cable of two elements hung at one end, a ball at the other; stiff and slow at once."""
+    rope = straight(1.0, 2, SQUARE, elastic(1e8, 0.0, 1000.0), "cable", X, Y)
+    ball = Particle("ball", X, 0.5)
+    joints = [
+        Spherical("nail", Site("beam", 0), Site(None)),
+        Spherical("knot", Site("beam", 2), Site("ball")),
+        Guide("plane", Site("ball"), Z[None]),
+    ]
+    return model([rope, ball], joints, gravity=GRAVITY)
+
+
+@cache
+def rope():
+    return swinging_rope()
+
+
+def go(made, control, end, windows=1, observe=None, state=None):
+    """State after ``end`` seconds in equal windows, from the start or from ``state``."""
+    if state is None:
+        state, why = initial_state(made.system, control, made.coef)
+        assert why == ""
+    for k in range(windows):
+        t = end * k / windows
+        window = Window(t, end * (k + 1) / windows - t, made.coef, made.coef)
+        state, _, why = advance(made.system, control, state, window, observe)
+        assert why == ""
+    return state
+
+
+def path(made, control, end, windows=1):
+    """All accepted states, the first included."""
+    states = [initial_state(made.system, control, made.coef)[0]]
+    go(made, control, end, windows, lambda s, _: states.append(s))
+    return states
+
+
+def times(states):
+    return np.array([s.motion.t for s in states])
+
+
+def same(a, b):
+    """Bit for bit the same state."""
+    flat = [(x, y) for s, o in zip(a, b, strict=True) for x, y in _parts(s, o)]
+    return all(np.array_equal(x, y) for x, y in flat)
+
+
+def _parts(a, b):
+    return list(zip(a, b, strict=True)) if isinstance(a, tuple) else [(a, b)]
+
+
+# ---------------------------------------------------------------------------------- windows
+
+
+def test_windows_end_exactly():
+    made, ends, t = rope(), [0.1 / 3, 0.05, 0.0777, 0.1], 0.0
+    control = Control(1e-5, 0.009, 1e-9)
+    state, _ = initial_state(made.system, control, made.coef)
+    for end in ends:
+        window = Window(t, end - t, made.coef, made.coef)
+        state, _, why = advance(made.system, control, state, window)
+        assert why == "" and state.motion.t == window.t0 + window.h
+        t = state.motion.t
+
+
+def test_no_step_of_rounding_size_is_taken():
+    control = fixed(0.01)
+    sizes = np.diff(times(path(rope(), control, 0.3, windows=3)))
+    np.testing.assert_allclose(sizes, 0.01, rtol=1e-9)
+
+
+def test_one_window_or_many_with_the_same_steps_give_the_same_motion():
+    one, many = (go(rope(), fixed(1e-3), 0.4, windows).motion for windows in (1, 20))
+    np.testing.assert_allclose(many.q, one.q, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(many.v, one.v, rtol=0, atol=1e-10 / 1e-3)  # v goes with q/h
+
+
+def test_one_window_or_many_under_step_control_differ_by_the_error_of_the_steps():
+    control = Control(1e-6, 0.02, 1e-9)
+    one, many = (go(rope(), control, 0.3, windows) for windows in (1, 25))
+    exact = go(rope(), Control(2e-8, 0.02, 1e-9), 0.3).motion.q
+    for state in (one, many):
+        error = np.abs(state.motion.q - exact).max()
+        assert 1e-7 < error < 1e-6 * state.counts[0]  # at most the tolerance in each step
+
+
+def test_the_same_run_gives_the_same_bits():
+    control = Control(1e-5, 0.02, 1e-9)
+    runs = [go(swinging_rope(), control, 0.3, 3) for _ in range(2)]
+    assert same(*runs)
+
+
+def test_states_are_seen_after_each_accepted_step_and_are_not_touched_later():
+    seen, copies = [], []
+
+    def observe(state, response):
+        assert response.shape == (0, 0)
+        seen.append(state)
+        copies.append(state.motion.q.copy())
+
+    end = go(rope(), Control(1e-5, 0.02, 1e-9), 0.2, 2, observe)
+    assert np.all(np.diff(times(seen)) > 0) and seen[-1] is end
+    assert all(np.array_equal(s.motion.q, q) for s, q in zip(seen, copies, strict=True))
+    assert [int(s.counts[0]) for s in seen] == list(range(1, len(seen) + 1))
+
+
+def test_advancing_leaves_the_state_as_it_was():
+    made, control = rope(), Control(1e-5, 0.02, 1e-9)
+    state, _ = initial_state(made.system, control, made.coef)
+    kept = [np.copy(x) for part in state for x in (part if isinstance(part, tuple) else [part])]
+    go(made, control, 0.1, state=state)
+    now = [x for part in state for x in (part if isinstance(part, tuple) else [part])]
+    assert all(np.array_equal(a, b) for a, b in zip(kept, now, strict=True))
+
+
+# ------------------------------------------------------------------------------- start of a run
+
+
+def test_first_accelerations_obey_the_equations_of_motion_and_the_constraints():
+    """A ball on a rod, moving: centripetal acceleration v^2/r, and gravity along the arc."""
+    ball = Particle("ball", np.array([2.0, 0.0, 0.0]), 3.0, np.array([0.0, 4.0, 0.0]))
+    made = model(ball, [Distance("rod", Site("ball"), Site(None))], gravity=GRAVITY)
+    state, why = initial_state(made.system, Control(), made.coef)
+    assert why == ""
+    np.testing.assert_allclose(state.motion.a, [-8.0, -9.81, 0.0], rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(state.motion.lam, [24.0], rtol=1e-6)  # +lam pulls inwards
+
+
+def test_velocities_of_the_reference_give_the_first_kinetic_energy():
+    ball = Particle("ball", X, 3.0, np.array([0.0, 4.0, 0.0]))
+    state, _ = initial_state(*model(ball)[:1], Control(), model(ball).coef)
+    assert state.ledger[0] == pytest.approx(24.0, rel=1e-14)
+
+
+# ------------------------------------------------------------------------- ladder of step sizes
+
+JUMP = 0.5
+
+
+def pushed():
+    """A ball on a soft rope that is pushed suddenly at ``JUMP`` seconds."""
+    rope = straight(1.0, 1, SQUARE, elastic(1e6, 0.0, 100.0), "cable", X, Y)
+    ball = Particle("ball", X, 2.0)
+    joints = [
+        Guide("nail", Site("beam", 0), np.eye(3)),
+        Spherical("knot", Site("beam", 1), Site("ball")),
+        Guide("line", Site("ball"), np.array([Y, Z])),
+    ]
+    kick = Force("kick", Site("ball"), X, lambda t: 20.0 * float(t > JUMP))
+    return model([rope, ball], joints, [kick])
+
+
+LARGEST = 0.05
+
+
+@cache
+def pushed_path():
+    return path(pushed(), Control(1e-4, LARGEST, 1e-9), 1.0)
+
+
+def test_steps_are_refused_where_the_force_jumps_and_nowhere_before():
+    states = pushed_path()
+    before = [s for s in states if s.motion.t <= JUMP]
+    assert before[-1].counts[1] == 0
+    after = [s for s in states if s.motion.t > JUMP]
+    assert after[0].counts[1] > 2
+    assert after[0].motion.t - before[-1].motion.t < LARGEST / 8
+
+
+def test_step_sizes_are_on_the_ladder_of_halvings():
+    t = times(pushed_path())
+    for start, size in zip(t[:-1], np.diff(t), strict=True):
+        rungs = LARGEST / 2.0 ** np.arange(20)
+        remaining = 1.0 - start
+        allowed = remaining / np.maximum(1, np.ceil(remaining / rungs - 1e-9))
+        assert np.abs(size / allowed - 1.0).min() < 1e-9
+
+
+def test_steps_grow_by_doubling_and_only_after_a_while():
+    sizes = np.diff(times(pushed_path()))
+    ratios = sizes[1:] / sizes[:-1]
+    grown = np.flatnonzero(ratios > 1.2)
+    assert len(grown) >= 2, "steps grow again after the jump"
+    assert ratios.max() < 2.1
+    assert np.diff(grown).min() >= CALM
+
+
+def test_the_error_of_each_accepted_step_is_within_the_tolerance():
+    """(beta - 1/6) h^2 |da| (Zienkiewicz & Xie 1991), computed here from the states."""
+    made, states = pushed(), pushed_path()
+    beta = Scheme().beta
+    errors = [
+        (beta - 1 / 6) * (b.motion.t - a.motion.t) ** 2
+        * np.max(np.abs(b.motion.a - a.motion.a) / made.system.scale)
+        for a, b in pairwise(states)
+    ]  # fmt: skip
+    assert 1e-5 < max(errors) <= 1e-4
+
+
+def test_counts_are_of_attempts_and_corrections(monkeypatch):
+    """Counted again by watching the steps that are made."""
+    attempts = []
+
+    def watched(*arguments):
+        attempts.append(step(*arguments))
+        return attempts[-1]
+
+    monkeypatch.setattr(dynamics, "step", watched)
+    accepted, refused, corrections = go(pushed(), Control(1e-4, LARGEST, 1e-9), 1.0).counts
+    assert accepted + refused == len(attempts)
+    assert refused > 2
+    assert corrections == sum(a.iterations for a in attempts)
+
+
+# ------------------------------------------------------------------------------ reuse of factors
+
+
+def stepping(h, jacobian=None, touching=b""):
+    made = rope()
+    state, _ = initial_state(made.system, Control(), made.coef)
+    return step(made.system, Scheme(), state.motion, h, made.coef, jacobian, touching)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.64, 0.66, 1.0, 1.34, 1.36])
+def test_factors_serve_steps_of_about_their_size(ratio):
+    assert FROZEN == 0.35
+    kept = 0.65 < ratio < 1.35
+    first = stepping(1e-4)
+    again = stepping(ratio * 1e-4, first.jacobian)
+    assert again.motion is not None
+    assert (again.jacobian is first.jacobian) == kept
+
+
+def test_factors_are_made_anew_when_contacts_change():
+    first = stepping(1e-4, touching=b"\0")
+    assert stepping(1e-4, first.jacobian, b"\0").jacobian is first.jacobian
+    assert stepping(1e-4, first.jacobian, b"\1").jacobian is not first.jacobian
+
+
+def test_a_slow_motion_needs_one_factorisation_in_a_window(monkeypatch):
+    made, control = rope(), fixed(1e-4)
+    state, _ = initial_state(made.system, control, made.coef)
+    calls = []
+    factorise = System.factorise
+    monkeypatch.setattr(System, "factorise", lambda s, d: calls.append(1) or factorise(s, d))
+    go(made, control, 50e-4, state=state)
+    assert len(calls) == 1
+
+
+def test_a_jacobian_that_does_not_contract_is_replaced_within_the_step():
+    good = stepping(1e-2)
+    useless = good.jacobian._replace(solve=lambda b: np.full_like(b, 1e-3))
+    found = stepping(1e-2, useless)
+    assert found.jacobian is not useless and found.iterations > good.iterations
+    np.testing.assert_allclose(found.motion.q, good.motion.q, rtol=0, atol=1e-12)
+
+
+# ----------------------------------------------------------------------- reversal and energy
+
+
+def reversed_motion(state):
+    """The same place, run backwards."""
+    m = state.motion
+    return state._replace(motion=m._replace(t=0.0, v=-m.v, force_before=m.force))
+
+
+def test_without_numerical_damping_the_motion_can_be_run_backwards():
+    made, control = rope(), fixed(2e-3, alpha=0.0, newton=1e-15)
+    start, _ = initial_state(made.system, control, made.coef)
+    there = go(made, control, 0.1)
+    assert np.abs(there.motion.q - start.motion.q).max() > 0.02
+    back = go(made, control, 0.1, state=reversed_motion(there))
+    np.testing.assert_allclose(back.motion.q, start.motion.q, rtol=0, atol=1e-9)
+
+
+def test_numerical_damping_cannot_be_run_backwards():
+    """The test above would notice."""
+    made, control = rope(), fixed(2e-3, alpha=-0.2)
+    start, _ = initial_state(made.system, control, made.coef)
+    back = go(made, control, 0.1, state=reversed_motion(go(made, control, 0.1)))
+    assert np.abs(back.motion.q - start.motion.q).max() > 1e-7
+
+
+def energy(state, made):
+    """Kinetic, strain and potential energy [J]."""
+    m = state.motion
+    return state.ledger[0] + state.ledger[1] - m.q @ made.system.external(m.q, m.t)
+
+
+def test_energy_error_falls_with_the_square_of_the_step():
+    made, errors = rope(), []
+    for h in (2e-3, 1e-3, 5e-4):
+        energies = np.array([energy(s, made) for s in path(made, fixed(h, alpha=0.0), 0.1)])
+        errors.append(np.abs(energies - energies[0]).max())
+    assert np.log2(errors[-2] / errors[-1]) == pytest.approx(2.0, abs=0.3)
+
+
+def test_constraints_hold_after_every_step():
+    made = rope()
+    for state in path(made, Control(1e-5, 0.02, 1e-9), 0.3):
+        values = made.system.constraints.values(state.motion.q, state.motion.t)
+        assert np.abs(values).max() < 1e-10
+
+
+# -------------------------------------------------------------------------------- impact onset
+
+
+def flyer(clearance=1e-3, speed=0.05):
+    """A ball that flies freely in the bore of a fixed bearing, along x."""
+    ball = Particle("ball", np.zeros(3), 2.0, np.array([speed, 0.0, 0.0]))
+    pin = ClearanceRevolute(
+        "pin", Site("ball"), Site(None), Z, 0.02, clearance, ALUMINIUM, ALUMINIUM, 298.15
+    )
+    made = model(ball, [pin])
+    return made._replace(coef=made.system.coefficients(sections(made.system)))
+
+
+def test_an_impact_begins_where_the_clearance_ends():
+    made = flyer()
+    states = path(made, Control(1e-4, 7e-3, 1e-12), 0.025, windows=2)
+    begun = next(s for s in states if s.motion.approach[0] != 0.0)
+    assert begun.motion.t == pytest.approx(1e-3 / 0.05, rel=1e-5)
+    assert begun.motion.approach[0] == pytest.approx(0.05, rel=1e-9)
+    assert begun.motion.q[0] == pytest.approx(1e-3, rel=1e-5)
+
+
+def test_the_approach_speed_of_a_running_impact_survives_the_window():
+    made, control = flyer(), Control(1e-4, 7e-3, 1e-12)
+    whole = path(made, control, 0.025)
+    inside = [s for s in whole if s.motion.approach[0] > 0.0]
+    assert len(inside) > 20
+    middle = inside[len(inside) // 2].motion.t
+    cut = go(made, control, middle)
+    assert cut.motion.approach[0] == pytest.approx(inside[0].motion.approach[0], rel=1e-12)
+    window = Window(middle, 0.025 - middle, made.coef, made.coef)
+    end, _, why = advance(made.system, control, cut, window)
+    assert why == ""
+    assert end.motion.v[0] < 0.0
+    assert end.motion.v[0] == pytest.approx(whole[-1].motion.v[0], rel=2e-3)
+
+
+# --------------------------------------------------------------------------- what cannot be done
+
+
+def test_a_step_that_would_be_too_small_gives_a_reason_with_its_place_and_leaves_the_state():
+    made, control = pushed(), Control(1e-12, 0.01, 0.01)
+    state, _ = initial_state(made.system, control, made.coef)
+    window = Window(0.0, 1.0, made.coef, made.coef)
+    same_state, lost, why = advance(made.system, control, state, window)
+    assert same_state is state and lost.shape == (0, 2)
+    assert why.startswith("the local error stays above the tolerance at ")
+    assert "ball position x" in why or "beam node 1" in why
+
+
+def test_newton_without_convergence_gives_a_reason_with_its_place():
+    made = rope()
+    control = Control(np.inf, 0.5, 0.5, Scheme(iterations=1))
+    state, _ = initial_state(made.system, control, made.coef)
+    window = Window(0.0, 1.0, made.coef, made.coef)
+    same_state, _, why = advance(made.system, control, state, window)
+    assert same_state is state
+    assert why.startswith("Newton did not converge at ")
+    assert any(name in why for name in ("beam node ", "ball position"))
+
+
+def test_a_singular_matrix_gives_a_reason(monkeypatch):
+    made = rope()
+    state, _ = initial_state(made.system, fixed(1e-3), made.coef)
+    monkeypatch.setattr(System, "factorise", lambda *_: None)
+    window = Window(0.0, 1.0, made.coef, made.coef)
+    assert advance(made.system, fixed(1e-3), state, window)[2] == "the system matrix is singular"
+
+
+def test_forces_that_are_not_finite_give_a_reason():
+    push = Force("push", Site("ball"), X, lambda t: np.inf if t > 0.05 else 0.0)
+    made = model(Particle("ball", X, 1.0), [], [push])
+    control = Control(1e-5, 0.01, 1e-3)
+    state, _ = initial_state(made.system, control, made.coef)
+    with np.errstate(invalid="ignore"):
+        new, _, why = advance(made.system, control, state, Window(0.0, 0.1, made.coef, made.coef))
+    assert new is state and "ball position x" in why
+
+
+OBLIQUE = np.array([0.48, 0.6, 0.64])
+
+
+@pytest.mark.parametrize("elements", [2, 30])
+@pytest.mark.parametrize(
+    "second",
+    [
+        Clamp("second", Site("beam", 0), Site(None)),
+        Spherical("second", Site("beam", 0), Site(None)),
+        Revolute("second", Site("beam", 0), Site(None), np.array([1.0, 1.0, 0.3])),
+    ],
+)
+def test_joints_that_repeat_others_are_refused_by_name(second, elements):
+    beam = straight(1.0, elements, SQUARE, ALUMINIUM, "beam3243", OBLIQUE, (0.3, -0.2, 1.0))
+    made = model(beam, [clamp(), second])
+    assert made.system.repeated_joints() == ["second"]
+    state, why = initial_state(made.system, Control(), made.coef)
+    assert state is None and "constraints" in why
+
+
+def test_joints_that_repeat_none_are_not_refused():
+    beam = straight(1.0, 2, SQUARE, ALUMINIUM, "beam3243", OBLIQUE, (0.3, -0.2, 1.0))
+    far = Site(None, position=OBLIQUE)
+    made = model(beam, [clamp(), Spherical("far", Site("beam", 2), far)])
+    assert made.system.repeated_joints() == []
+    assert initial_state(made.system, Control(), made.coef)[1] == ""
+
+
+def description(*joints):
+    return Description([straight(1.0, 2, SQUARE, ALUMINIUM)], joints)
+
+
+def test_a_solver_is_not_built_from_joints_that_cannot_be():
+    driven = Revolute("turn", Site("beam", 0), Site(None), Z, lambda t: 0.2 + t)
+    with pytest.raises(ValueError, match=r"joint 'turn': its angle must be zero at t = 0"):
+        Mechanics(description(driven), Control())
+    twice = Spherical("twice", Site("beam", 0), Site(None))
+    with pytest.raises(ValueError, match=r"joint 'twice': .* already"):
+        Mechanics(description(clamp(), twice), Control())
+    Mechanics(description(clamp()), Control())
+
+
+# ------------------------------------------------------------------------------- the solver
+
+
+def test_the_solver_takes_temperatures_at_both_ends_of_the_window():
+    """A free bar that warms evenly: at the end it is as long as its temperature says."""
+    solver = Mechanics(description(), Control())
+    cold = np.tile([298.15, 0.0, 0.0], (3, 1))
+    warm = cold + np.array([100.0, 0.0, 0.0])
+    state, heat, why = solver.advance(solver.initial(cold), 0.2, cold, warm)
+    assert why == "" and not heat.any() and heat.shape == (3,)
+    state, _, _ = solver.advance(state, 0.2, warm, warm)
+    r = solver.system.layout.node_dofs["beam"]
+    length = np.linalg.norm(state.motion.q[r[-1] : r[-1] + 3] - state.motion.q[r[0] : r[0] + 3])
+    assert length - 1.0 == pytest.approx(2e-5 * 100.0, rel=0.02)
