@@ -90,7 +90,10 @@ class Beam3243:
         self._slack = line.membrane_slack(area, np.sqrt(I2 * I3), self.length)
 
     def coefficients(self, T: Array) -> Array:
-        """Stiffness D and free strain of each generalised strain, (n_e, 36), smooth in T."""
+        """Stiffness, free strain and its rate (zero) of each generalised strain, (n_e, 54).
+
+        Smooth in T.
+        """
         at = line.at_fractions(T[self.nodes], STATIONS)
         E, G, strain, expansion = np.empty((4, len(self.names), len(STATIONS)))
         for material, e in self._groups:
@@ -100,7 +103,11 @@ class Beam3243:
             strain[e] = material.thermal_strain(mean, self._unheated[e, None])
             expansion[e] = material.expansion(mean)
         free = self._free_strains((1.0 + strain) ** 2, expansion[:, 2:4, None] * at[:, 2:4, 1:])
-        return np.hstack([self._stiffness(E, G), free])
+        return np.hstack([self._stiffness(E, G), free, np.zeros_like(free)])
+
+    def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
+        """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
+        return line.with_rates(c0, c1, h, slice(STRAINS, 2 * STRAINS), slice(2 * STRAINS, None))
 
     def _stiffness(self, E: Array, G: Array) -> Array:
         """(n_e, 18) stiffness of each generalised strain."""
@@ -142,12 +149,14 @@ class Beam3243:
     def energy(self, q: Array, coef: Array) -> float:
         """Elastic energy [J]."""
         strains, _ = self._strains(q, np.zeros_like(q))
-        return 0.5 * float(np.sum(coef[:, :STRAINS] * (strains - coef[:, STRAINS:]) ** 2))
+        excess = strains - coef[:, STRAINS : 2 * STRAINS]
+        return 0.5 * float(np.sum(coef[:, :STRAINS] * excess**2))
 
-    def dissipation(self, q: Array, v: Array, coef: Array) -> float:
-        """Power of structural damping [W]."""
-        _, rates = self._strains(q, v)
-        return float(np.sum(self.damping_time[:, None] * coef[:, :STRAINS] * rates**2))
+    def damping(self, q: Array, v: Array, coef: Array) -> tuple[float, float]:
+        """Powers [W] lost in structural damping, and done by it on the changing free strains."""
+        rates, heated = self._strains(q, v)[1], coef[:, 2 * STRAINS :]
+        stress = self.damping_time[:, None] * coef[:, :STRAINS] * (rates - heated)
+        return float(np.sum(stress * (rates - heated))), float(np.sum(stress * heated))
 
     def resultants(self, q: Array, v: Array, coef: Array) -> Array:
         """Section resultants N, Q2, Q3, Mt, M2, M3 of each element, (n_e, 6) [N, N m].
@@ -156,7 +165,8 @@ class Beam3243:
         e_k: axial stress = N/A - M2 y/I2 - M3 z/I3.
         """
         strains, rates = self._strains(q, v)
-        excess = strains - coef[:, STRAINS:] + self.damping_time[:, None] * rates
+        elastic = strains - coef[:, STRAINS : 2 * STRAINS]
+        excess = elastic + self.damping_time[:, None] * (rates - coef[:, 2 * STRAINS :])
         S = coef[:, :STRAINS] * excess
         N = S[:, AXIAL] / self.length
         Q = S[:, SHEAR:TORSION].reshape(-1, 2, 2).sum(axis=2) / self.length[:, None]

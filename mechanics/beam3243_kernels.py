@@ -99,8 +99,8 @@ POINT_ROW = np.array([[3, 5], [4, 6], [7, 9], [8, 10]], dtype=np.intp)
 """(4, 2) row of the strain of each point and k."""
 ROW, LEFT, RIGHT, FACTOR = _products_of_vectors()
 MIX_ROW, MIX_P, MIX_Q, MIX_FACTOR = _products_of_strains()
-FINAL, END = MIX_FACTOR.size - 3, MIX_FACTOR.size
-"""Terms of the third sweep end where those of the last begin."""
+SWEEP = np.array([0, MIX_FACTOR.size - 3, MIX_FACTOR.size], dtype=np.intp)
+"""Where the third sweep begins, and the last, and where it ends."""
 NODAL = np.array([C, A1, A2, A3, C, B1, B2, B3], dtype=np.intp)
 """The eight vectors of coordinates r, r_x, d2, d3, r, r_x, d2, d3 in terms of X."""
 
@@ -132,7 +132,8 @@ def add_force(q, v, coef, start, length, damping_time, out):
             _rates(B, V, rate)
         f[:] = 0.0
         for r in range(STRAINS):
-            S = coef[e, r] * (eps[r] - coef[e, STRAINS + r] + damping_time[e] * rate[r])
+            viscous = damping_time[e] * (rate[r] - coef[e, 2 * STRAINS + r])
+            S = coef[e, r] * (eps[r] - coef[e, STRAINS + r] + viscous)
             for j in range(21):
                 f[j] += S * B[r, j]
         a, b = start[e, 0], start[e, 1]
@@ -152,9 +153,8 @@ def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
     and df/dv = sum D tau B B^T. Rows of W hold the second factors of the outer products.
     """
     X, V, K = np.empty(21), np.zeros(21), np.empty((22, 21))
-    B, Bv, W = np.empty((3, ROWS, 21))
-    eps, rate, S = np.empty((3, ROWS))
-    Bv[:] = 0.0
+    B, Bv, W = np.empty((ROWS, 21)), np.zeros((ROWS, 21)), np.empty((ROWS, 21))
+    eps, rate, S = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
     for e in range(length.size):
         L, tau = length[e], damping_time[e]
         _gather(q, start, e, L, X)
@@ -166,10 +166,11 @@ def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
             _products(V, Bv)
         S[:], W[:], K[:] = 0.0, 0.0, 0.0
         for r in range(STRAINS):
-            S[r] = cK * coef[e, r] * (eps[r] - coef[e, STRAINS + r] + tau * rate[r])
-        _unmix(eps, B, S, W, FINAL, END)
+            viscous = tau * (rate[r] - coef[e, 2 * STRAINS + r])
+            S[r] = cK * coef[e, r] * (eps[r] - coef[e, STRAINS + r] + viscous)
+        _unmix(eps, B, S, W, SWEEP[1], SWEEP[2])
         _undivide(eps, B, S, W)
-        _unmix(eps, B, S, W, 0, FINAL)
+        _unmix(eps, B, S, W, SWEEP[0], SWEEP[1])
         _bend_points(X, V, S, tau > 0.0, Bv, K)
         for m in range(FACTOR.size):
             for i in range(3):
@@ -180,9 +181,9 @@ def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
             for j in range(21):
                 W[r, j] += coef[e, r] * (cK + cC * tau) * B[r, j]
         if tau > 0.0:
-            _mix_rates(eps, rate, B, Bv, 0, FINAL)
+            _mix_rates(eps, rate, B, Bv, SWEEP[0], SWEEP[1])
             _divide_rates(eps, rate, B, Bv)
-            _mix_rates(eps, rate, B, Bv, FINAL, END)
+            _mix_rates(eps, rate, B, Bv, SWEEP[1], SWEEP[2])
             for r in range(STRAINS):
                 for j in range(21):
                     W[r, j] += coef[e, r] * cK * tau * Bv[r, j]
@@ -233,14 +234,14 @@ def _strains(X, eps, B):
                 for m in range(2):
                     B[row, 9 * m + 6 + 3 * k + i] += ENDS[g, m] * (Y[0, i] - un * n) / N
     eps[ONE] = 1.0
-    _mix(eps, B, 0, FINAL)
+    _mix(eps, B, SWEEP[0], SWEEP[1])
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
         s = 1.0 / np.sqrt(eps[z])
         eps[r] *= s
         for j in range(21):
             B[r, j] = s * B[r, j] - 0.5 * eps[r] / eps[z] * B[z, j]
-    _mix(eps, B, FINAL, END)
+    _mix(eps, B, SWEEP[1], SWEEP[2])
 
 
 @njit(cache=True)

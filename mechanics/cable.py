@@ -79,7 +79,9 @@ class Cable:
         self._turning = _reference_turning(reference, self.length)
 
     def coefficients(self, T: Array) -> Array:
-        """Stiffnesses (5), free axial strains (3), free turning (2): (n_e, 10), smooth in T."""
+        """Stiffnesses (5), free axial strains (3), free turning (2), rates of the free axial
+        strains (3, zero): (n_e, 13), smooth in T.
+        """
         mean = line.at_fractions(T[self.nodes, 0], STATIONS)
         E, strain = np.empty((2, *mean.shape))
         for material, e in self._groups:
@@ -89,7 +91,11 @@ class Cable:
         axial = line.axial_stiffness(EA, self.length, self._slack)
         bending = E[:, :2] * (self._moment / (2.0 * self.length))[:, None]
         free = line.axial_coefficients(self._axial * (1.0 + strain[:, 2:]) ** 2)
-        return np.hstack([axial, bending, free, self._turning])
+        return np.hstack([axial, bending, free, self._turning, np.zeros_like(free)])
+
+    def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
+        """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
+        return line.with_rates(c0, c1, h, slice(5, 8), slice(10, 13))
 
     def force(self, q: Array, v: Array, coef: Array, out: Array) -> None:
         """Add elastic and damping forces to ``out``."""
@@ -105,11 +111,13 @@ class Cable:
         excess = np.hstack([strains[:, :3] - coef[:, 5:8], _turning_excess(strains, coef)])
         return 0.5 * float(np.sum(coef[:, :STRAINS] * excess**2))
 
-    def dissipation(self, q: Array, v: Array, coef: Array) -> float:
-        """Power of structural damping [W]."""
+    def damping(self, q: Array, v: Array, coef: Array) -> tuple[float, float]:
+        """Powers [W] lost in structural damping, and done by it on the changing free strains."""
         strains, rates = self._strains(q, v)
         rates[:, 3:] /= np.sqrt(2.0 * strains[:, 3:] + DAMPED**2)
-        return float(np.sum(self.damping_time[:, None] * coef[:, :STRAINS] * rates**2))
+        rates[:, :3] -= coef[:, 10:]
+        stress = self.damping_time[:, None] * coef[:, :STRAINS] * rates
+        return float(np.sum(stress * rates)), float(np.sum(stress[:, :3] * coef[:, 10:]))
 
     def resultants(self, q: Array, v: Array, coef: Array) -> Array:
         """Section resultants, (n_e, 6) [N, N m]: tension N in column 0, moment in column 4.
@@ -118,7 +126,7 @@ class Cable:
         not know its section's directions.
         """
         strains, rates = self._strains(q, v)
-        mean = strains[:, 0] - coef[:, 5] + self.damping_time * rates[:, 0]
+        mean = strains[:, 0] - coef[:, 5] + self.damping_time * (rates[:, 0] - coef[:, 10])
         resultants = np.zeros((len(self.names), 6))
         resultants[:, 0] = coef[:, 0] * mean / self.length
         resultants[:, 4] = np.abs(np.sum(coef[:, 3:5] * _turning_excess(strains, coef), axis=1))
@@ -177,7 +185,7 @@ def _reference_turning(reference: Array, length: Array) -> Array:
 
 def _turning_excess(strains: Array, coef: Array) -> Array:
     """(n_e, 2) rounded L (kappa - kappa_ref)."""
-    free = coef[:, 8:]
+    free = coef[:, 8:10]
     rounding = (ROUNDING * free) ** 2
     return np.sqrt(2.0 * strains[:, 3:] + rounding) - np.sqrt(free**2 + rounding)
 
@@ -261,7 +269,7 @@ def _evaluate(q, v, start, length, strains, rates):
 def _stress(c, tau, eps, rate, S, slope, viscous):
     """Stresses S (5,) and their derivatives with respect to the strains and to their rates."""
     for k in range(3):
-        S[k] = c[k] * (eps[k] - c[5 + k] + tau * rate[k])
+        S[k] = c[k] * (eps[k] - c[5 + k] + tau * (rate[k] - c[10 + k]))
         slope[k], viscous[k] = c[k], c[k] * tau
     for k in range(3, 5):
         free = c[5 + k]
@@ -280,7 +288,8 @@ def _stress(c, tau, eps, rate, S, slope, viscous):
 @njit(cache=True)
 def _force(q, v, coef, start, length, damping_time, out):
     X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
-    eps, rate, S, slope, viscous = np.empty((5, STRAINS))
+    eps, rate, S = np.empty(STRAINS), np.empty(STRAINS), np.empty(STRAINS)
+    slope, viscous = np.empty(STRAINS), np.empty(STRAINS)
     for e in range(length.size):
         _gather(q, start, e, length[e], X)
         _gather(v, start, e, length[e], V)
@@ -334,7 +343,8 @@ def _second(X, Y, H, D):
 @njit(cache=True)
 def _tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
     X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
-    eps, rate, S, slope, viscous = np.empty((5, STRAINS))
+    eps, rate, S = np.empty(STRAINS), np.empty(STRAINS), np.empty(STRAINS)
+    slope, viscous = np.empty(STRAINS), np.empty(STRAINS)
     H, D, K = np.empty((2, 3, 2, 3)), np.empty((STRAINS, 9, 9)), np.empty((9, 9))
     for e in range(length.size):
         L = length[e]

@@ -11,6 +11,7 @@ from math import ceil
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from mechanics import ledger
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 
 LANDING = 1e-6
 """An impact begins, and ends, within this fraction of the clearance before touching [-]."""
+BERNSTEIN = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1]], float)
+"""(4, 4) Coefficients of a cubic from its four control points."""
 CALM = 4
 """Steps between a refusal and the next doubling of the step size."""
 IMPACT_RESOLUTION = 32.0
@@ -71,6 +74,13 @@ class Window(NamedTuple):
     h: float
     c0: Coefficients
     c1: Coefficients
+
+    @classmethod
+    def between(
+        cls, system: System, t0: float, h: float, c0: Coefficients, c1: Coefficients | None
+    ) -> "Window":
+        """From ``c0`` to ``c1``, free strains changing evenly; None: all stays as it is."""
+        return cls(t0, h, c0, c0) if c1 is None else cls(t0, h, *system.with_rates(c0, c1, h))
 
     def at(self, t: float) -> Coefficients:
         """Coefficients at time ``t``, linear inside the window."""
@@ -237,46 +247,68 @@ def _error(system: System, control: Control, m0: Motion, m1: Motion) -> tuple[fl
 
 
 def _landing(system: System, here: _Here, tried: _Tried) -> float | None:
-    """Fraction of the step at which the first impact begins; None: no onset inside."""
-    if system.contact is None:
+    """Fraction of the step at which the first impact begins; None: no onset inside.
+
+    Journals fly along cubics through both ends of the step. One whose control points lie in the
+    bearing circle stays in it.
+    """
+    if system.contact is None or here.state.motion.approach.all():
         return None
     m0, m1 = here.state.motion, tried.motion
-    g0, r0, c0 = _gaps(system, m0, here.coef)
-    g1, r1, c1 = _gaps(system, m1, tried.coef)
-    h, near = m1.t - m0.t, LANDING * np.maximum(np.abs(c0), np.abs(c1))
-    flying = np.flatnonzero((m0.approach == 0.0) & ((g1 > 0.0) | ((r0 > 0.0) & (r1 < 0.0))))
-    found = [_onset(g0[j], h * r0[j], g1[j], h * r1[j], near[j]) for j in flying]
+    third = (m1.t - m0.t) / 3.0
+    (y0, v0, c0), (y1, v1, c1) = _planar(system, m0, here.coef), _planar(system, m1, tried.coef)
+    corners = np.stack([y0, y0 + third * v0, y1 - third * v1, y1], axis=1)
+    reach = np.linalg.norm(corners, axis=2).max(axis=1)
+    suspects = (m0.approach == 0.0) & (reach > (1.0 - LANDING) * np.minimum(c0, c1))
+    found = [_onset(corners[j], c0[j], c1[j]) for j in np.flatnonzero(suspects)]
     return min((s for s in found if s is not None), default=None)
+
+
+def _planar(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
+    """Position (n_j, 2) [m] and velocity [m/s] of the journals, clearances [m]."""
+    response, columns = _response(system, motion, coef)
+    at = [columns.index(c) for c in ("y1", "y2", "y1_rate", "y2_rate", "clearance")]
+    return response[:, at[:2]], response[:, at[2:4]], response[:, at[4]]
 
 
 def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
     """Penetration [m], its rate [m/s] and the clearance [m] of each joint."""
-    assert system.contact is not None
-    response = system.contact.response(motion.q, motion.v, coef[-1], motion.approach)
-    columns = system.contact.columns
+    response, columns = _response(system, motion, coef)
     return tuple(response[:, columns.index(c)] for c in ("penetration", "rate", "clearance"))
 
 
-def _onset(g0: float, d0: float, g1: float, d1: float, near: float) -> float | None:
-    """Where in (0, 1) the cubic with end values g and end slopes d is about to rise above zero.
+def _response(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, tuple[str, ...]]:
+    assert system.contact is not None
+    arguments = motion.q, motion.v, coef[-1], motion.approach
+    return system.contact.response(*arguments), system.contact.columns
 
-    That is ``near``/2 below; None if it stays below zero. A flight that begins closer than
-    ``near``, as only one from the initial state can, may rise to ``near`` unnoticed.
+
+def _onset(corners: Array, c0: float, c1: float) -> float | None:
+    """Where in (0, 1) a journal is about to leave the circle of radius c; None if it does not.
+
+    It stops ``near``/2 before. A flight that begins closer than ``near``, as only one from the
+    initial state can, may go ``near`` too far.
+
+    Parameters
+    ----------
+    corners : (4, 2) float [m]  control points of the path
+    c0, c1 : float [m]  clearance at both ends
     """
-    far = g0 < -near
-    limit, goal = (0.0, -0.5 * near) if far else (near, 0.0)
-    cubic = np.polynomial.Polynomial([g0, d0, 3 * (g1 - g0) - 2 * d0 - d1, 2 * (g0 - g1) + d0 + d1])
-    if g1 <= limit and not len(_roots(cubic - limit)):
+    y1, y2 = (Polynomial(BERNSTEIN @ corners[:, i] / c0) for i in range(2))
+    square = y1**2 + y2**2
+
+    def leaving(radius: float) -> Array:
+        rising = square - (Polynomial([1.0, c1 / c0 - 1.0]) - 1.0 + radius) ** 2
+        roots = rising.roots()
+        real = roots[np.abs(roots.imag) < 1e-9].real
+        inside = real[(real > 0.0) & (real < 1.0)]
+        return inside[rising.deriv()(inside) > 0.0]
+
+    limit = 1.0 if square(0.0) < (1.0 - LANDING) ** 2 else 1.0 + LANDING
+    outside = leaving(limit)
+    if not len(outside):
         return None
-    rising = [s for s in _roots(cubic - goal) if cubic.deriv()(s) > 0.0]
-    return min(rising, default=(goal - g0) / (g1 - g0))
-
-
-def _roots(cubic: np.polynomial.Polynomial) -> Array:
-    """Real roots in (0, 1)."""
-    roots = cubic.roots()
-    real = roots[np.abs(roots.imag) < 1e-9].real
-    return real[(real > 0.0) & (real < 1.0)]
+    return float(np.min(leaving(limit - 0.5 * LANDING), initial=outside.min()))
 
 
 def _accept(system: System, control: Control, here: _Here, tried: _Tried) -> _Here:

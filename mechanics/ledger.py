@@ -35,7 +35,8 @@ class Balance(NamedTuple):
     """What the trapezoidal works need to know of one instant.
 
     kinetic, strain, contact_elastic : float [J]
-    damping_power : float [W]
+    damping_power : float [W]  lost in structural damping
+    heating_power : float [W]  done by damping stresses on the changing free strains
     external, drive : (n,) float  generalised forces of the loads and of driven constraints
     relative : (n_j, 3) float  planar coordinates of the clearance joints [m, m, rad]
     losses : (n_j, 2, 3) float  dissipative normal force and friction, conjugate to ``relative``
@@ -45,6 +46,7 @@ class Balance(NamedTuple):
     strain: float
     contact_elastic: float
     damping_power: float
+    heating_power: float
     external: Array
     drive: Array
     relative: Array
@@ -59,7 +61,7 @@ def balance(system: System, motion: Motion, coef: Coefficients) -> Balance:
     relative, losses = _relative(system, motion, coef)
     return Balance(
         0.5 * float(v @ (system.mass @ v)), strain, contact_elastic,
-        system.dissipation(q, v, coef), system.external(q, t),
+        *system.damping(q, v, coef), system.external(q, t),
         system.constraint_force(q, t, driven), relative, losses,
     )  # fmt: skip
 
@@ -101,6 +103,7 @@ def entries(
     drive = -0.5 * float(dq @ (b0.drive + b1.drive))
     hysteresis, friction = contact_losses(b0, b1).sum(axis=0)
     damping = 0.5 * h * (b0.damping_power + b1.damping_power)
+    heating -= 0.5 * h * (b0.heating_power + b1.heating_power)
     known = loads + drive + heating - hysteresis - friction - damping
     stored = b1.strain + b1.contact_elastic - b0.strain - b0.contact_elastic
     by_forces = -0.5 * float(dq @ (m0.force + m1.force))

@@ -160,3 +160,12 @@ def in_space(scalar: Array) -> Array:
     """(n_e, 3 k, 3 k) the scalar matrices (n_e, k, k) times the identity of space."""
     n, k, _ = scalar.shape
     return np.einsum("eij,kl->eikjl", scalar, np.eye(3)).reshape(n, 3 * k, 3 * k)
+
+
+def with_rates(
+    c0: Array, c1: Array, h: float, strains: slice, rates: slice
+) -> tuple[Array, Array]:
+    """Coefficients whose ``rates`` columns hold the mean rate of the ``strains`` columns."""
+    first, last = c0.copy(), c1.copy()
+    first[:, rates] = last[:, rates] = (c1[:, strains] - c0[:, strains]) / h
+    return first, last

@@ -57,8 +57,8 @@ class Mechanics:
         Section temperatures (m, 3) [K, K/m, K/m] go linearly from ``T0`` to ``T1``.
         """
         c0 = self.system.coefficients(T0)
-        c1 = c0 if np.array_equal(T0, T1) else self.system.coefficients(T1)
-        window = Window(state.motion.t, h, c0, c1)
+        c1 = None if np.array_equal(T0, T1) else self.system.coefficients(T1)
+        window = Window.between(self.system, state.motion.t, h, c0, c1)
         new, lost, why = advance(self.system, self.control, state, window, observe)
         return new, self._heat(lost, T0), why
 

@@ -112,6 +112,14 @@ class System:
         terms = [*self.elements, *([self.contact] if self.contact else [])]
         return tuple(term.coefficients(T) for term in terms)
 
+    def with_rates(
+        self, c0: Coefficients, c1: Coefficients, h: float
+    ) -> tuple[Coefficients, Coefficients]:
+        """Coefficients at both ends of ``h`` [s] that know how fast free strains change."""
+        pairs = [e.with_rates(a, b, h) for e, a, b in zip(self.elements, c0, c1, strict=False)]
+        rest = len(self.elements)
+        return (*(p[0] for p in pairs), *c0[rest:]), (*(p[1] for p in pairs), *c1[rest:])
+
     # -- forces and energies -------------------------------------------------------------------
 
     def force(self, q: Array, v: Array, t: float, coef: Coefficients, approach: Array) -> Array:
@@ -135,10 +143,10 @@ class System:
         strain = sum(e.energy(q, c) for e, c in zip(self.elements, coef, strict=False))
         return float(strain), self.contact.energy(q, coef[-1]) if self.contact is not None else 0.0
 
-    def dissipation(self, q: Array, v: Array, coef: Coefficients) -> float:
-        """Power [W] of structural damping."""
-        terms = zip(self.elements, coef, strict=False)
-        return float(sum(e.dissipation(q, v, c) for e, c in terms))
+    def damping(self, q: Array, v: Array, coef: Coefficients) -> tuple[float, float]:
+        """Powers [W] lost in structural damping, and done by it on the changing free strains."""
+        powers = [e.damping(q, v, c) for e, c in zip(self.elements, coef, strict=False)]
+        return sum(p[0] for p in powers), sum(p[1] for p in powers)
 
     def constraint_force(self, q: Array, t: float, lam: Array) -> Array:
         """Phi_q^T lambda (n,)."""

@@ -148,13 +148,13 @@ def bend_45() -> list[Check]:
     for name, (torsion, reference) in references.items():
         x = _bend_45(torsion)
         checks += [
-            Check(f"tip {axis}, {name}", v, r, 2e-3)
+            Check(f"tip {axis}, {name}", v, r, 1e-3)
             for axis, v, r in zip("xyz", x, reference, strict=True)
         ]
     return checks
 
 
-def _bend_45(torsion: float, elements: int = 16) -> Array:
+def _bend_45(torsion: float, elements: int = 32) -> Array:
     """Tip of the arc that starts along y and bends towards x, loaded along z."""
     angle = np.linspace(0.0, np.pi / 4.0, elements + 1)
     radius = 100.0

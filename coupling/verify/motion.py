@@ -52,8 +52,8 @@ def run(
             raise RuntimeError(why)
         t = k * end / windows
         h = (k + 1) * end / windows - t
-        c0, c1 = coefficients(t), coefficients(t + h)
-        window = Window(state.motion.t, h, c0, c0 if heated is None else c1)
+        c0, c1 = coefficients(t), None if heated is None else heated(t + h)
+        window = Window.between(made.system, state.motion.t, h, c0, c1)
         state, _, why = advance(
             made.system, control, state, window, lambda s, r: steps.append((s, r))
         )
