@@ -162,9 +162,7 @@ def in_space(scalar: Array) -> Array:
     return np.einsum("eij,kl->eikjl", scalar, np.eye(3)).reshape(n, 3 * k, 3 * k)
 
 
-def with_rates(
-    c0: Array, c1: Array, h: float, strains: slice, rates: slice
-) -> tuple[Array, Array]:
+def with_rates(c0: Array, c1: Array, h: float, strains: slice, rates: slice) -> tuple[Array, Array]:
     """Coefficients whose ``rates`` columns hold the mean rate of the ``strains`` columns."""
     first, last = c0.copy(), c1.copy()
     first[:, rates] = last[:, rates] = (c1[:, strains] - c0[:, strains]) / h

@@ -227,6 +227,41 @@ def test_damping_takes_energy_but_not_from_rigid_motion(family):
 
 
 @families
+def test_a_body_that_expands_freely_is_not_damped(family):
+    term, q, n = make(family, helix(3), damping=1e-2)
+    warm, hot, h = COLD + 60.0, COLD + 61.0, 0.5
+    c0, c1 = term.with_rates(
+        term.coefficients(temperatures(n, warm)), term.coefficients(temperatures(n, hot)), h
+    )
+    growth = [1.0 + PAPER.thermal_strain(T, COLD) for T in (warm, hot)]
+    middle, v = 0.5 * sum(growth) * q, (growth[1] - growth[0]) / h * q
+    coef = 0.5 * (c0 + c1)
+    still = 0.5 * (
+        term.coefficients(temperatures(n, warm)) + term.coefficients(temperatures(n, hot))
+    )
+    elastic = force(term, middle, 0 * v, still)
+    resisted = force(term, middle, v, still) - elastic
+    damping = force(term, middle, v, coef) - elastic
+    assert np.abs(damping).max() < 1e-6 * np.abs(resisted).max()
+    assert term.damping(middle, v, coef)[0] < 1e-8 * term.damping(middle, v, still)[0]
+
+
+@families
+def test_power_of_damping_is_lost_or_works_on_free_strains(family):
+    rng = np.random.default_rng(15)
+    term, q, n = make(family, helix(3), damping=1e-2)
+    cold, hot = term.coefficients(temperatures(n)), term.coefficients(uneven(n, rng))
+    coef = term.with_rates(cold, hot, 2.0)[1]
+    q, v = q + 0.03 * rng.standard_normal(q.size), rng.standard_normal(q.size)
+    damping = (
+        force(term, q, v, coef)
+        - force(term, q, v, hot)
+        + (force(term, q, v, hot) - force(term, q, 0 * v, hot))
+    )
+    assert v @ damping == pytest.approx(sum(term.damping(q, v, coef)), rel=1e-9)
+
+
+@families
 def test_internal_forces_keep_momentum_and_angular_momentum(family):
     rng = np.random.default_rng(6)
     term, q, n = make(family, helix(3), damping=1e-2)
