@@ -6,6 +6,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from mechanics.description import Beam
@@ -362,6 +363,20 @@ def test_elastica_does_not_lock_at_any_slenderness(family, gyration):
     assert 1.0 - tip[0] == pytest.approx(0.55499560, rel=1e-3)
 
 
+@families
+def test_first_frequency_of_a_slender_cantilever(family):
+    """omega = lambda^2 sqrt(EI/(rho A L^4)) with the modulus at the temperature."""
+    warm, slender = COLD + 100.0, circle(0.004)
+    term, q, n = make(family, straight(6), slender, INERT)
+    K = matrix(term, q, 0 * q, term.coefficients(temperatures(n, warm)), 1.0, 0.0)
+    M = assembled(term, term.mass_blocks(), q.size)
+    free = np.ix_(*[clamped(n, NODE[family])] * 2)
+    omega = np.sqrt(eigh(K[free], M[free], eigvals_only=True)[:2])
+    EI = INERT.youngs_modulus(warm) * slender.second_moment_2
+    expected = 1.8751041**2 * np.sqrt(EI / (INERT.density * slender.area))
+    assert omega == pytest.approx(expected, rel=1e-4)
+
+
 # -- beam3243 ----------------------------------------------------------------------------------
 
 
@@ -399,6 +414,21 @@ def test_torsion_of_a_beam_uses_the_torsion_constant():
     assert moved[-12 + 8] == pytest.approx(M / (G * J), rel=1e-9)
     resultants = term.resultants(q + moved, 0 * q, coef)
     assert resultants[:, 3] == pytest.approx(M, rel=1e-6)
+
+
+def test_first_torsional_frequency_of_a_cantilever():
+    """omega = pi/2 sqrt(G J/(rho (I2 + I3))) / L: torsion constant against polar moment."""
+    term, q, n = make("beam3243", straight(16), material=INERT)
+    K = matrix(term, q, 0 * q, term.coefficients(temperatures(n)), 1.0, 0.0)
+    M = assembled(term, term.mass_blocks(), q.size)
+    d2_d3 = [[12 * i + 8, 12 * i + 10] for i in range(1, n)]
+    turn = np.zeros((q.size, n - 1))
+    for i, (up, down) in enumerate(d2_d3):
+        turn[up, i], turn[down, i] = 1.0, -1.0
+    omega = np.sqrt(eigh(turn.T @ K @ turn, turn.T @ M @ turn, eigvals_only=True)[0])
+    GJ = INERT.shear_modulus(COLD) * RECTANGLE.torsion_constant
+    expected = np.pi / 2 * np.sqrt(GJ / (INERT.density * RECTANGLE.polar_moment))
+    assert omega == pytest.approx(expected, rel=5e-4)
 
 
 def test_resultants_of_a_cantilever():
