@@ -152,7 +152,7 @@ def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
     f = sum S B with S = D (eps - free + tau B.v); hence df/dq = sum D B (B + tau dB/dt)^T + S dB/dq
     and df/dv = sum D tau B B^T. Rows of W hold the second factors of the outer products.
     """
-    X, V, K = np.empty(21), np.zeros(21), np.empty((22, 21))
+    X, V, K = np.empty(21), np.zeros(21), np.empty((21, 21))
     B, Bv, W = np.empty((ROWS, 21)), np.zeros((ROWS, 21)), np.empty((ROWS, 21))
     eps, rate, S = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
     for e in range(length.size):
