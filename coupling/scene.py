@@ -60,15 +60,15 @@ class Integrator(Table):
         default=-0.1, description="numerical damping, from -1/3 to 0 (none)"
     )
     tolerance: Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=0.1)] = Field(
-        default=1e-5,
-        description="local error per step relative to body size, to clearance for journals",
+        default=1e-6,
+        description="local error per step, relative to body size; to 1000 clearances for journals",
     )
     largest_step: PositiveTime | None = Field(
         default=None, description="default: the coupling window"
     )
     smallest_step: PositiveTime | None = Field(default=None, description="default: 1e-9 windows")
     newton_tolerance: Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=0.1)] = Field(
-        default=1e-10, description="relative residual at which Newton stops"
+        default=1e-12, description="largest remaining correction, relative to body size"
     )
 
     def odd_values(self) -> Iterator[tuple[str, str]]:

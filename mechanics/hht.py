@@ -38,7 +38,7 @@ class Scheme:
     """
 
     alpha: float = -0.1
-    newton_tolerance: float = 1e-10
+    newton_tolerance: float = 1e-12
     iterations: int = 12
 
     @property
