@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-DENSE = 120  # unknowns up to which LAPACK is faster than SuperLU (measured)
+DENSE = 48  # unknowns up to which LAPACK serves; beyond, its threads cost more than they bring
 
 
 class Pattern:
