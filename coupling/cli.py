@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from coupling.scene import Scene
 
 DONE, FAILED, BAD_INPUT, STOPPED, INTERRUPTED = 0, 1, 2, 3, 130
+MANY_FILES = 10  # more files of one kind in one folder are told in one line
 
 app = typer.Typer(
     name="thermobody",
@@ -191,8 +192,16 @@ def _write_what_was_asked(scene: "Scene", results: Path, out: Console) -> None:
 
 
 def _tell(out: Console, files: list[Path]) -> None:
+    """Each file, but the many of one kind in one folder in one line."""
+    kinds: dict[tuple[Path, str], list[Path]] = {}
     for file in files:
-        out.print(f"wrote {file}", markup=False)
+        kinds.setdefault((file.parent, file.suffix), []).append(file)
+    for (folder, suffix), alike in kinds.items():
+        if len(alike) > MANY_FILES:
+            out.print(f"wrote {folder}/*{suffix}, {len(alike)} files", markup=False)
+        else:
+            for file in alike:
+                out.print(f"wrote {file}", markup=False)
 
 
 @app.command(epilog="Example:  thermobody check cases/arm_rotation --set thermal.solver=lumped")
