@@ -274,7 +274,8 @@ def _planar(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, 
 def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
     """Penetration [m], its rate [m/s] and the clearance [m] of each joint."""
     response, columns = _response(system, motion, coef)
-    return tuple(response[:, columns.index(c)] for c in ("penetration", "rate", "clearance"))
+    gap, rate, clearance = (columns.index(c) for c in ("penetration", "rate", "clearance"))
+    return response[:, gap], response[:, rate], response[:, clearance]
 
 
 def _response(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, tuple[str, ...]]:
