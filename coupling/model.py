@@ -89,8 +89,11 @@ class Model:
     # -- states --------------------------------------------------------------------------------
 
     def initial(self) -> Coupled:
-        """State at t = 0."""
-        return manager.initial(self.pair)
+        """State at t = 0. Raises BadCase if the joints allow none."""
+        try:
+            return manager.initial(self.pair)
+        except ValueError as error:
+            raise BadCase(str(self.scene.folder), [Problem("joint", str(error))]) from None
 
     def sections(self, state: Coupled) -> Array:
         """Section temperatures (m, 3) [K, K/m, K/m]."""

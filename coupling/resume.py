@@ -1,5 +1,6 @@
 """Going on with a run that ended early."""
 
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,28 @@ def latest(parent: Path) -> Path:
             str(parent), [Problem("", "no run to resume; leave out --resume to start one")]
         )
     return max(runs, key=lambda p: int(p.name))
+
+
+def check_same_case(saved: str, now: str) -> None:
+    """Refuse to go on with another case. Raises BadCase with the tables that differ.
+
+    What neither changes the motion so far nor the windows may differ: the end of the run, what
+    is written, texts.
+    """
+    before, after = _essence(saved), _essence(now)
+    differ = [name for name in before | after if before.get(name) != after.get(name)]
+    if differ:
+        text = "is not what the run to resume was started with; leave out --resume to start anew"
+        raise BadCase("--resume", [Problem(name, text) for name in differ])
+
+
+def _essence(text: str) -> dict[str, Any]:
+    """The tables of a case that decide its motion."""
+    tables = tomllib.loads(text)
+    for name in ("title", "description", "output"):
+        tables.pop(name, None)
+    tables.get("time", {}).pop("end", None)
+    return tables
 
 
 def restore(template: Any, saved: Any) -> Any:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from coupling.manager import SCHEMES, Coupled
 from coupling.model import Model, build
 from coupling.recording import Recording
-from coupling.results import Recorder, new_run_folder
+from coupling.results import Recorder, Results, new_run_folder
 from coupling.scene import Scene
 
 TICKS = 1024
@@ -121,7 +121,7 @@ def run(
         progress.say("building the model")
         model = build(scene)
         parent = folder or scene.folder / "results"
-        recording, state, tick = _resumed(model, parent) if resume else _begun(model, parent, scene)
+        recording, state, tick = (_resumed if resume else _begun)(model, parent, scene)
         progress.say("first step (kernels are compiled the first time)")
         return _carry(model, recording, state, tick, progress)
 
@@ -134,10 +134,14 @@ def _begun(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Coupled
     return recording, state, 0
 
 
-def _resumed(model: Model, parent: Path) -> tuple[Recording, Coupled, int]:
-    from coupling.resume import latest, restore
+def _resumed(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Coupled, int]:
+    from coupling.resume import check_same_case, latest, restore
 
-    recorder = Recorder.reopen(latest(parent))
+    folder = latest(parent)
+    with Results.open(folder) as results:
+        check_same_case(str(results.attributes()["scene"]), scene.text)
+    recorder = Recorder.reopen(folder)
+    recorder.attributes |= {"scene": scene.text}
     saved = recorder.saved_state
     state = restore(model.initial(), saved["coupled"])
     return Recording(model, recorder), state, int(saved["tick"])
