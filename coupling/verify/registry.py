@@ -3,7 +3,7 @@
 import importlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 
 AREAS = ("beams", "dynamics", "contact", "heat", "thermoelastic")
 
@@ -24,9 +24,11 @@ class Check:
 
     @property
     def error(self) -> float:
-        """Deviation, relative unless ``absolute``."""
+        """Deviation, relative unless ``absolute``; infinite relative to zero."""
         deviation = abs(self.value - self.reference)
-        return deviation if self.absolute else deviation / abs(self.reference)
+        if self.absolute:
+            return deviation
+        return deviation / abs(self.reference) if self.reference else inf
 
     @property
     def passed(self) -> bool:

@@ -1,0 +1,145 @@
+"""Every registered verification problem, and the registry itself."""
+
+from io import StringIO
+from math import inf, isfinite, nan
+
+import pytest
+from rich.console import Console
+
+from coupling.errors import BadCase
+from coupling.verify import registry, table
+from coupling.verify.registry import AREAS, Check, Problem, problem, problems
+
+SLOW = {"dynamics: flying spaghetti"}  # more than 5 s
+
+
+def _title(p):
+    return f"{p.area}: {p.name}"
+
+
+def _parameter(p):
+    marks = [pytest.mark.slow] if _title(p) in SLOW else []
+    return pytest.param(p, id=_title(p), marks=marks)
+
+
+@pytest.mark.parametrize("solved", [_parameter(p) for p in problems()])
+def test_problem(solved):
+    checks = solved.solve()
+    assert checks
+    assert all(isfinite(c.tolerance) and c.tolerance >= 0.0 for c in checks)
+    failed = [
+        f"{c.name}: {c.value} instead of {c.reference}, {c.error:.2g}"
+        for c in checks
+        if not c.passed
+    ]
+    assert not failed
+
+
+def test_slow_ones_exist():
+    assert {_title(p) for p in problems()} >= SLOW
+
+
+# -- checks ------------------------------------------------------------------------------------
+
+
+def test_error_is_relative_to_the_reference():
+    assert Check("", 99.0, 100.0, 0.0).error == pytest.approx(0.01)
+    assert Check("", -99.0, -100.0, 0.0).error == pytest.approx(0.01)
+    assert Check("", 99.0, 100.0, 0.0, absolute=True).error == 1.0
+
+
+@pytest.mark.parametrize(("value", "passed"), [(1.009, True), (0.991, True), (1.011, False)])
+def test_tolerance(value, passed):
+    assert Check("", value, 1.0, 0.01).passed is passed
+    assert Check("", 10.0 * value, 10.0, 0.1, absolute=True).passed is passed
+
+
+@pytest.mark.parametrize("absolute", [True, False])
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        (nan, 1.0, 1.0),
+        (1.0, nan, 1.0),
+        (1.0, 1.0, nan),
+        (inf, 1.0, 1.0),
+        (inf, inf, inf),
+        (-inf, 1.0, inf),
+    ],
+)
+def test_what_is_no_number_never_passes(numbers, absolute):
+    assert not Check("", *numbers, absolute=absolute).passed
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-300, 1.0])
+def test_nothing_is_relative_to_zero(value):
+    assert not Check("", value, 0.0, 1e-3).passed
+    assert Check("", value, 0.0, 1.0, absolute=True).passed
+
+
+# -- registry ----------------------------------------------------------------------------------
+
+
+def test_each_area_has_problems_with_name_and_source():
+    for area in AREAS:
+        found = problems(area)
+        assert found
+        assert {p.area for p in found} == {area}
+        assert all(p.name and p.source for p in found)
+
+
+def test_names_are_unique():
+    titles = [_title(p) for p in problems()]
+    assert len(titles) == len(set(titles))
+
+
+def test_all_areas_together_are_the_areas_one_by_one():
+    assert len(problems()) == sum(len(problems(area)) for area in AREAS)
+
+
+def test_decorator_registers_and_leaves_the_function_alone(monkeypatch):
+    monkeypatch.setattr(registry, "PROBLEMS", [])
+
+    @problem("beams", "a name", "a source")
+    def solve():
+        return [Check("one", 1.0, 1.0, 0.0)]
+
+    (registered,) = registry.PROBLEMS
+    assert registered == Problem("beams", "a name", "a source", solve)
+    assert solve()[0].passed
+
+
+# -- table -------------------------------------------------------------------------------------
+
+
+def _shown(monkeypatch, solve, area="beams"):
+    monkeypatch.setattr(registry, "PROBLEMS", [Problem("beams", "a problem", "a source", solve)])
+    out = StringIO()
+    return table.show(area, Console(file=out, width=120)), out.getvalue()
+
+
+def _broken():
+    raise RuntimeError("no equilibrium")
+
+
+@pytest.mark.parametrize(
+    ("solve", "passed", "said"),
+    [
+        (lambda: [Check("sag", 2.0, 2.0, 0.1, "m")], True, "all pass"),
+        (lambda: [Check("sag", 2.0, 2.0, 0.1), Check("tip", 2.0, 1.0, 0.1)], False, "1 FAIL"),
+        (lambda: [Check("sag", nan, 2.0, 0.1)], False, "nan"),
+        (lambda: [], False, "nothing was checked"),
+        (_broken, False, "RuntimeError: no equilibrium"),
+    ],
+    ids=["good", "one of two bad", "not a number", "empty", "raises"],
+)
+def test_table(monkeypatch, solve, passed, said):
+    verdict, text = _shown(monkeypatch, solve)
+    assert verdict is passed
+    assert said in text
+    assert "a problem" in text
+    assert ("FAIL" in text) is not passed
+
+
+def test_table_of_an_area_that_does_not_exist(monkeypatch):
+    with pytest.raises(BadCase, match="beems"):
+        _shown(monkeypatch, _broken, "beems")
