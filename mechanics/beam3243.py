@@ -103,23 +103,32 @@ class Beam3243:
             strain[e] = material.thermal_strain(mean, self._unheated[e, None])
             expansion[e] = material.expansion(mean)
         free = self._free_strains((1.0 + strain) ** 2, expansion[:, 2:4, None] * at[:, 2:4, 1:])
-        return np.hstack([self._stiffness(E, G), free, np.zeros_like(free)])
+        return np.hstack([self._stiffness(E, G, 1.0 + strain), free, np.zeros_like(free)])
 
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
         return line.with_rates(c0, c1, h, slice(STRAINS, 2 * STRAINS), slice(2 * STRAINS, None))
 
-    def _stiffness(self, E: Array, G: Array) -> Array:
-        """(n_e, 18) stiffness of each generalised strain."""
+    def _stiffness(self, E: Array, G: Array, stretch: Array) -> Array:
+        """(n_e, 18) stiffness of each generalised strain.
+
+        The elastic strain is that from the thermally expanded body, whose length and section
+        are the reference ones times powers of the thermal ``stretch`` s (n_e, 7) (multiplicative
+        split; Stojanovic, Djuric & Vujosevic 1964; Lubarda 2004). Green's strains are s^2 times
+        too large when measured from the reference, shear s times, turns are right; area, second
+        moments and length grow with s^2, s^4 and s: energies change by 1/s, s and s^3.
+        """
         A, I2, I3, J, k2, k3 = self._sections.T[:, :, None]
         half = 0.5 * self.length[:, None]
-        E_ends, G_ends, E_bending = E[:, :2], G[:, :2], E[:, 2:4] / (4.0 * half)
-        shear, stretch = G_ends * A * half, E_ends * A * half
-        torsion = G[:, 5:6] * J / (2.0 * half)
-        axial = line.axial_stiffness(E[:, 4:] * A, self.length, self._slack)
+        ends, middle = stretch[:, :2], stretch[:, 5:6]
+        E_bending = E[:, 2:4] * stretch[:, 2:4] ** 3 / (4.0 * half)
+        shear, sliding = G[:, :2] * A * half * ends, G[:, :2] * A * half / ends
+        section = E[:, :2] * A * half / ends
+        torsion = G[:, 5:6] * J / (2.0 * half * middle)
+        axial = line.axial_stiffness(E[:, 4:] * A / stretch[:, 4:], self.length, self._slack)
         bending = [E_bending * I2, E_bending * I3]
         return np.hstack(
-            [axial, *bending, k2 * shear, k3 * shear, torsion, stretch, stretch, shear]
+            [axial, *bending, k2 * shear, k3 * shear, torsion, section, section, sliding]
         )
 
     def _free_strains(self, stretch: Array, curvature: Array) -> Array:

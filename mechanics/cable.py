@@ -87,10 +87,12 @@ class Cable:
         for material, e in self._groups:
             E[e] = material.youngs_modulus(mean[e])
             strain[e] = material.thermal_strain(mean[e], self._unheated[e, None])
-        EA = E[:, 2:] * self._area[:, None]
+        # strains are elastic from the expanded body: see Beam3243 on the powers of the stretch
+        stretch = 1.0 + strain
+        EA = E[:, 2:] * self._area[:, None] / stretch[:, 2:]
         axial = line.axial_stiffness(EA, self.length, self._slack)
-        bending = E[:, :2] * (self._moment / (2.0 * self.length))[:, None]
-        free = line.axial_coefficients(self._axial * (1.0 + strain[:, 2:]) ** 2)
+        bending = E[:, :2] * stretch[:, :2] ** 3 * (self._moment / (2.0 * self.length))[:, None]
+        free = line.axial_coefficients(self._axial * stretch[:, 2:] ** 2)
         return np.hstack([axial, bending, free, self._turning, np.zeros_like(free)])
 
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:

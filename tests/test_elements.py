@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
+from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from mechanics.description import Beam
@@ -317,7 +318,23 @@ def test_bodies_of_one_term_do_not_mix(family):
         alone = module.build([beam], nodes, points)
         alone.force(q, v, alone.coefficients(T), expected)
     assert both.names == ["a", "a", "b", "b", "b"]
-    assert found == pytest.approx(expected, rel=1e-13)
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_frequency_of_a_heated_cantilever_grows_with_its_section():
+    """f^2 ~ E I/(m l^3) with I, l of the expanded body and its mass per length falling: E (1 + e)."""
+    hot, squares = COLD + 150.0, []
+    for material, T in ((PAPER, COLD), (PAPER, hot)):
+        term, q, n = make("beam3243", straight(6), material=material)
+        coef = term.coefficients(temperatures(n, T))
+        q = q * (1.0 + material.thermal_strain(T, COLD))
+        free = clamped_and_breathing(n)
+        K = matrix(term, q, 0 * q, coef, 1.0, 0.0)[np.ix_(free, free)]
+        M = assembled(term, term.mass_blocks(), q.size)[np.ix_(free, free)]
+        squares.append(eigh(K, M, eigvals_only=True, subset_by_index=[0, 0])[0])
+    strain = PAPER.thermal_strain(hot, COLD)
+    ratio = PAPER.youngs_modulus(hot) / PAPER.youngs_modulus(COLD) * (1.0 + strain)
+    assert squares[1] / squares[0] == pytest.approx(ratio, rel=2e-5)
 
 
 @families
@@ -337,12 +354,14 @@ def test_elongation_follows_the_modulus_along_the_bar(family):
 
 @families
 def test_held_bar_presses_as_it_warms(family):
-    """Both ends held: N = -EA e_th |.|, from the strain and the modulus at the temperature."""
+    """Both ends held: W = s^3 EA e^2/2 with Green's strain e = (l^2/s^2 - 1)/2 of the body
+    expanded by s gives dW/dl = EA s (1/s^2 - 1)/2 at l = 1."""
     term, q, n = make(family, straight(2))
     coef = term.coefficients(temperatures(n, COLD + 10.0))
     N = term.resultants(q, 0 * q, coef)[:, 0]
-    free = (1.0 + PAPER.thermal_strain(COLD + 10.0, COLD)) ** 2
-    expected = -PAPER.youngs_modulus(COLD + 10.0) * SECTION[family].area * (free - 1.0) / 2.0
+    s = 1.0 + PAPER.thermal_strain(COLD + 10.0, COLD)
+    EA = PAPER.youngs_modulus(COLD + 10.0) * SECTION[family].area
+    expected = EA * s * (s**-2 - 1.0) / 2.0
     assert pytest.approx(expected, rel=1e-12) == N
 
 
