@@ -27,7 +27,7 @@ class Recording:
         self._joints = model.joint_names()
         self._driven = model.driven_rows()
 
-    def start(self, state: Coupled) -> None:
+    def start(self, state: Coupled, tick: int, size: int) -> None:
         """Describe the groups and record the state at t = 0."""
         for name, attributes in self.model.body_attributes().items():
             self.recorder.describe_group(f"bodies/{name}", attributes)
@@ -35,7 +35,7 @@ class Recording:
             self.recorder.describe_group(f"joints/{name}", attributes)
         self._frame(state)
         self._probes(state)
-        self._state(state, 0)
+        self._state(state, tick, size)
         self.recorder.flush()
 
     def begin(self) -> None:
@@ -63,7 +63,7 @@ class Recording:
         self._substeps(before, state)
         if self._due(window):
             self._frame(state)
-        self._state(state, window.tick)
+        self._state(state, window.tick, window.size)
         self.recorder.commit()
 
     def close(self, outcome: str, reason: str) -> None:
@@ -96,8 +96,8 @@ class Recording:
         for name, row in self.model.bodies(state).items():
             self.recorder.append(f"bodies/{name}", row)
 
-    def _state(self, state: Coupled, tick: int) -> None:
-        self.recorder.state({"coupled": state, "tick": tick})
+    def _state(self, state: Coupled, tick: int, size: int) -> None:
+        self.recorder.state({"coupled": state, "tick": tick, "size": size})
 
     def _substeps(self, before: Coupled, state: Coupled) -> None:
         if not self._joints or not self.substeps:

@@ -23,16 +23,26 @@ class Done(NamedTuple):
     """A coupling window that was finished.
 
     tick : int  its end
+    size : int  its length in ticks
     t, h : float [s]  its end and length
     state : Coupled  at its end
     halvings : int  attempts that failed before
     """
 
     tick: int
+    size: int
     t: float
     h: float
     state: Coupled
     halvings: int
+
+
+class Start(NamedTuple):
+    """Where windows begin: a state, its tick, and the size of the window that ended there."""
+
+    state: Coupled
+    tick: int = 0
+    size: int = TICKS
 
 
 class Stopped(NamedTuple):
@@ -66,13 +76,13 @@ BARE = Attempts(_nothing, None, _nothing)
 
 
 def windows(
-    model: Model, state: Coupled, tick: int = 0, attempts: Attempts = BARE
+    model: Model, state: Coupled, tick: int = 0, size: int = TICKS, attempts: Attempts = BARE
 ) -> Iterator[Done | Stopped]:
-    """Finish window after window from ``tick`` to the end of the scene."""
+    """Finish window after window from ``tick``, where one of ``size`` ended, to the end."""
     advance = SCHEMES[model.scheme]
-    last, size = model.windows * TICKS, TICKS
+    last = model.windows * TICKS
     while tick < last:
-        size = _aligned(tick, size)
+        size = _aligned(tick, 2 * size)
         t, halvings = _time(model, tick), 0
         while True:
             h = _time(model, tick + size) - t
@@ -82,13 +92,12 @@ def windows(
                 break
             attempts.failed()
             halvings += 1
-            if size * model.window <= TICKS * model.smallest_window or size == 1:
+            if size // 2 * model.window < TICKS * model.smallest_window or size == 1:
                 yield Stopped(t, why)
                 return
             size //= 2
         tick, state = tick + size, new
-        yield Done(tick, _time(model, tick), h, state, halvings)
-        size *= 2
+        yield Done(tick, size, _time(model, tick), h, state, halvings)
 
 
 def _aligned(tick: int, size: int) -> int:
@@ -121,20 +130,20 @@ def run(
         progress.say("building the model")
         model = build(scene)
         parent = folder or scene.folder / "results"
-        recording, state, tick = (_resumed if resume else _begun)(model, parent, scene)
+        recording, start = (_resumed if resume else _begun)(model, parent, scene)
         progress.say("first step (kernels are compiled the first time)")
-        return _carry(model, recording, state, tick, progress)
+        return _carry(model, recording, start, progress)
 
 
-def _begun(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Coupled, int]:
-    state = model.initial()
+def _begun(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Start]:
+    start = Start(model.initial())
     recorder = Recorder(new_run_folder(parent), model.meta(scene))
     recording = Recording(model, recorder)
-    recording.start(state)
-    return recording, state, 0
+    recording.start(*start)
+    return recording, start
 
 
-def _resumed(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Coupled, int]:
+def _resumed(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Start]:
     from coupling.resume import check_same_case, latest, restore
 
     folder = latest(parent)
@@ -144,16 +153,16 @@ def _resumed(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Coupl
     recorder.attributes |= {"scene": scene.text}
     saved = recorder.saved_state
     state = restore(model.initial(), saved["coupled"])
-    return Recording(model, recorder), state, int(saved["tick"])
+    return Recording(model, recorder), Start(state, int(saved["tick"]), int(saved["size"]))
 
 
-def _carry(model: Model, recording: Recording, state: Coupled, tick: int, progress) -> Outcome:
+def _carry(model: Model, recording: Recording, start: Start, progress) -> Outcome:
     attempts = Attempts(recording.begin, recording.observe, recording.failed)
     folder = recording.folder
     started = time.monotonic()
-    before = state
+    before = start.state
     try:
-        for window in windows(model, state, tick, attempts):
+        for window in windows(model, *start, attempts):
             if isinstance(window, Stopped):
                 reason = f"stopped at t = {window.t:.9g} s: {window.why}"
                 recording.close("stopped", reason)
