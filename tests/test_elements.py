@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
-from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from mechanics.description import Beam
@@ -322,7 +321,7 @@ def test_bodies_of_one_term_do_not_mix(family):
 
 
 def test_frequency_of_a_heated_cantilever_grows_with_its_section():
-    """f^2 ~ E I/(m l^3) with I, l of the expanded body and its mass per length falling: E (1 + e)."""
+    """f^2 ~ E I/(m l^3), I and l of the expanded body, its mass m constant: E (1 + e)."""
     hot, squares = COLD + 150.0, []
     for material, T in ((PAPER, COLD), (PAPER, hot)):
         term, q, n = make("beam3243", straight(6), material=material)

@@ -6,11 +6,13 @@ from operator import mul
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.verify.models import bent, clamp, elastic, model, sections, straight
+from coupling.verify.models import ROOM, bent, clamp, elastic, model, sections, straight
 from coupling.verify.registry import Check, problem
-from mechanics.description import Beam, Force, Guide, Joint, Moment, Site
+from mechanics.description import Beam, Clamp, Force, Guide, Joint, Load, Moment, Site
 from mechanics.modes import modes
-from meshes.sections import general, rectangle, tube
+from meshes.generate import arc
+from meshes.materials import Material
+from meshes.sections import Section, general, rectangle, tube
 
 Array = NDArray[np.float64]
 
@@ -170,6 +172,89 @@ def _bend_45(torsion: float, elements: int = 32) -> Array:
     push = Force("tip", Site("beam", elements), np.array([0, 0, 1.0]), lambda s: 600.0 * s)
     made = model(beam, [clamp()], [push])
     return made.position(bent(made).q, "beam", elements)
+
+
+@problem("beams", "column after buckling", "Euler elastica, clamped and free end")
+def post_buckling() -> list[Check]:
+    table = {
+        1.151720: (0.741020, 0.593208),
+        1.884801: (0.123160, 0.803171),
+        9.116218: (-0.577211, 0.421442),
+    }
+    checks = []
+    for load, reference in table.items():
+        found = _buckled(load)
+        checks += [
+            Check(f"{axis}/L at P/P_cr = {load:.4g}", v, r, 1e-3, "", True)
+            for axis, v, r in zip("xy", found, reference, strict=True)
+        ]
+    return checks
+
+
+def _buckled(factor: float, elements: int = 32) -> tuple[float, float]:
+    """Tip of a column that a side load, gone at the end, leads off the straight path."""
+    section, material = rectangle(1e-3, 1e-3), elastic(1e9)
+    load = factor * np.pi**2 * 1e9 * section.second_moment_2 / 4.0
+    tip = Site("beam", elements)
+    loads: list[Load] = [
+        Force("press", tip, np.array([-1.0, 0.0, 0.0]), partial(mul, load)),
+        Force("lead", tip, Y, lambda s: 0.05 * load * s * (1.0 - s)),
+    ]
+    made = model(straight(1.0, elements, section, material), [clamp()], loads)
+    x = made.position(bent(made, 40).q, "beam", elements)
+    return x[0], x[1]
+
+
+@problem("beams", "hanging cable, 16 elements", "catenary of span 100, length 110, unit weight")
+def catenary() -> list[Check]:
+    """Pulled taut, then let go until the horizontal pull is that of the catenary."""
+    pull, area = 65.49639476, 1e-2
+    section = general(area, 1e-8, 1e-8, 1e-8)
+    cable = straight(110.0, 16, section, elastic(1e9, 0.0, 1.0 / area), "cable")
+    joints: list[Joint] = [
+        Guide("left", Site("beam", 0), np.eye(3)),
+        Guide("right", Site("beam", 16), np.eye(3)[1:]),
+    ]
+    slack = Force(
+        "pull", Site("beam", 16), np.array([1.0, 0, 0]), lambda s: pull * 100.0 ** (1 - s)
+    )
+    made = model(cable, joints, [slack], gravity=(0.0, -1.0, 0.0))
+    q = bent(made, 20).q
+    sag = -made.position(q, "beam", 8)[1]
+    span = made.position(q, "beam", 16)[0]
+    return [Check("span", span, 100.0, 1e-3, "m"), Check("sag", sag, 20.03007907, 1e-3, "m")]
+
+
+@problem("beams", "free ring in its plane", "Love 1927: n (n² − 1)/√(n² + 1)")
+def ring_frequencies() -> list[Check]:
+    # stiff out of its plane and in torsion, so that the lowest modes are those in the plane
+    section, material, radius = general(5e-4, 4e-9, 4e-6, 4e-6), elastic(70e9, 0.3, 2700.0), 1.0
+    halves = [
+        _half_ring(name, side * radius, section, material) for name, side in (("a", 1), ("b", -1))
+    ]
+    joints: list[Joint] = [
+        Clamp("top", Site("a", 16), Site("b", 0)),
+        Clamp("bottom", Site("b", 16), Site("a", 0)),
+    ]
+    made = model(halves, joints)
+    rest = np.zeros(made.system.m)
+    found = modes(made.system, made.system.layout.q0, rest, made.coef, 10).frequencies
+    unit = np.sqrt(70e9 * section.second_moment_2 / (2700.0 * section.area * radius**4))
+    return [
+        Check(
+            f"n = {n}",
+            found[6 + 2 * (n - 2)],
+            unit * n * (n * n - 1) / np.sqrt(n * n + 1) / 2 / np.pi,
+            3e-3,
+            "Hz",
+        )
+        for n in (2, 3)
+    ]
+
+
+def _half_ring(name: str, start: float, section: Section, material: Material) -> Beam:
+    points, axes = arc(np.zeros(3), np.array([start, 0, 0]), np.array([0, 0, 1.0]), np.pi, 16)
+    return Beam(name, points, axes, section, material, ROOM)
 
 
 @problem("beams", "bending frequencies", "Euler–Bernoulli, λL of each support")
