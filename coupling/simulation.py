@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from coupling.errors import BadCase, Problem
 from coupling.manager import SCHEMES, Coupled
 from coupling.model import Model, build
 from coupling.recording import Recording
@@ -152,6 +153,8 @@ def _resumed(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Start
     recorder = Recorder.reopen(folder)
     recorder.attributes |= {"scene": scene.text}
     saved = recorder.saved_state
+    if not saved:
+        raise BadCase(str(folder), [Problem("", "the run ended before it began; start it anew")])
     state = restore(model.initial(), saved["coupled"])
     return Recording(model, recorder), Start(state, int(saved["tick"]), int(saved["size"]))
 
