@@ -1,0 +1,116 @@
+"""The plan of every case is the one that was reviewed, and follows what the scene has."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from coupling import casefile
+from coupling.cli import app
+from coupling.model import build
+
+ROOT = Path(__file__).parent.parent
+REVIEWED = sorted((ROOT / "cases").glob("*/plan.txt"))
+
+
+@pytest.mark.parametrize("file", REVIEWED, ids=[f.parent.name for f in REVIEWED])
+def test_the_plan_is_the_reviewed_one(file):
+    """When a change to it is meant: thermobody plan CASE > CASE/plan.txt"""
+    shown = CliRunner().invoke(app, ["plan", str(file.parent)])
+    assert shown.exit_code == 0
+    assert shown.output.splitlines() == file.read_text(encoding="utf-8").splitlines()
+
+
+def test_the_main_case_has_a_reviewed_plan():
+    assert "arm_rotation" in [file.parent.name for file in REVIEWED]
+
+
+BAR = """
+[time]
+end = 1.0
+window = 0.1
+
+[section.bar]
+kind = "circle"
+radius = 0.01
+
+[body.bar]
+kind = "beam"
+start = [0.0, 0.0, 0.0]
+end = [1.0, 0.0, 0.0]
+elements = 3
+section = "bar"
+material = "al6061"
+
+[joint.root]
+kind = "clamp"
+a = { body = "bar", at = "start" }
+"""
+
+GRAVITY = "[gravity]\nacceleration = [0.0, 0.0, -9.81]\n"
+HEAT = "[thermal]\ninitial = 300.0\nwall_points = 1\n"
+LAMP = '[thermal.source.lamp]\nat = { body = "bar", at = "end" }\npower = 3.0\n'
+PIN = """
+[joint.pin]
+kind = "clearance_revolute"
+journal = { body = "bar", at = "end" }
+axis = [0.0, 0.0, 1.0]
+radius = 0.02
+clearance = 1e-4
+journal_material = "al6061"
+bearing_material = "al6061"
+"""
+RUBBING = "[joint.pin.friction]\ncoefficient = 0.2\n"
+
+
+def planned(text):
+    """Name -> text of what runs, and the lines of what is left out."""
+    plan = str(build(casefile.from_text(text, ROOT)))
+    runs, _, left_out = plan.partition("left out")
+    rows = [line[10:].split(maxsplit=1) for line in runs.splitlines() if line]
+    return dict(rows), [line.strip() for line in left_out.splitlines()]
+
+
+def test_a_bare_bar_leaves_out_heat_contact_and_loads():
+    runs, left_out = planned(BAR)
+    assert list(runs) == ["mechanics.beam3243", "mechanics.joints", "mechanics.hht",
+                          "coupling.isothermal"]  # fmt: skip
+    assert runs["mechanics.beam3243"] == "3 elements"
+    assert runs["mechanics.joints"] == "6 constraints on 48 coordinates"
+    assert runs["coupling.isothermal"] == "10 windows of 0.1 s"
+    for what in ("heat:", "contact:", "loads:", "gravity:", "structural damping:"):
+        assert any(line.startswith(what) for line in left_out), what
+
+
+@pytest.mark.parametrize(
+    ("added", "runs_now", "was_left_out"),
+    [
+        (GRAVITY, "mechanics.loads", "gravity:"),
+        (HEAT, "thermal.line", "heat:"),
+        (PIN, "mechanics.clearance", "contact:"),
+    ],
+)
+def test_what_a_scene_has_moves_from_left_out_to_runs(added, runs_now, was_left_out):
+    before, after = planned(BAR), planned(BAR + added)
+    assert runs_now not in before[0] and runs_now in after[0]
+    assert any(line.startswith(was_left_out) for line in before[1])
+    assert not any(line.startswith(was_left_out) for line in after[1])
+
+
+def test_conditions_of_heat_are_counted_or_left_out():
+    bare, lit = planned(BAR + HEAT), planned(BAR + HEAT + LAMP)
+    assert "source" in lit[0]["thermal.line"] and "4 temperatures" in lit[0]["thermal.line"]
+    assert any(line.startswith("heat sources:") for line in bare[1])
+    assert not any(line.startswith("heat sources:") for line in lit[1])
+
+
+def test_frictional_heat_that_nobody_takes_is_said():
+    _, left_out = planned(BAR + PIN + RUBBING + HEAT)
+    assert any(line.startswith("frictional heat of pin.journal:") for line in left_out)
+    assert any(line.startswith("frictional heat of pin.bearing:") for line in left_out)
+
+
+@pytest.mark.parametrize("scheme", ["serial", "corrected"])
+def test_the_scheme_is_named(scheme):
+    runs, _ = planned(BAR + HEAT + f'[coupling]\nscheme = "{scheme}"\n')
+    assert f"coupling.{scheme}" in runs
