@@ -69,8 +69,13 @@ def go(made, control, end, windows=1, observe=None, state=None):
 def path(made, control, end, windows=1):
     """All accepted states, the first included."""
     states = [initial_state(made.system, control, made.coef)[0]]
-    go(made, control, end, windows, lambda s, _: states.append(s))
+    go(made, control, end, windows, into(states))
     return states
+
+
+def into(states):
+    """Observer that keeps the states."""
+    return lambda state, _: states.append(state)
 
 
 def times(states):
@@ -102,9 +107,19 @@ def test_windows_end_exactly():
 
 
 def test_no_step_of_rounding_size_is_taken():
-    control = fixed(0.01)
-    sizes = np.diff(times(path(rope(), control, 0.3, windows=3)))
-    np.testing.assert_allclose(sizes, 0.01, rtol=1e-9)
+    """Fifty windows of odd lengths: each is cut into equal steps, and time is exact at its end."""
+    made = model(Particle("ball", np.zeros(3), 1.0, X))
+    control = fixed(1e-3 / 7.0)
+    state, _ = initial_state(made.system, control, made.coef)
+    ends = np.cumsum(np.random.default_rng(0).uniform(5e-4, 2e-3, 50))
+    for begin, end in pairwise([0.0, *ends]):
+        seen = [state]
+        window = Window(begin, end - begin, made.coef, made.coef)
+        state, _, _ = advance(made.system, control, state, window, into(seen))
+        assert state.motion.t == window.t0 + window.h
+        sizes = np.diff(times(seen))
+        assert len(sizes) == np.ceil(window.h / control.largest_step)
+        np.testing.assert_allclose(sizes, sizes.mean(), rtol=1e-9)
 
 
 def test_one_window_or_many_with_the_same_steps_give_the_same_motion():
@@ -221,6 +236,12 @@ def test_steps_grow_by_doubling_and_only_after_a_while():
     assert len(grown) >= 2, "steps grow again after the jump"
     assert ratios.max() < 2.1
     assert np.diff(grown).min() >= CALM
+
+
+def test_steps_are_doubled_only_where_the_longer_one_will_do():
+    """A swinging rope asks for other steps all the time; few of them are refused."""
+    accepted, refused, _ = go(rope(), Control(1e-5, 0.02, 1e-9), 0.5).counts
+    assert accepted > 300 and refused < 0.06 * accepted
 
 
 def test_the_error_of_each_accepted_step_is_within_the_tolerance():
@@ -343,19 +364,22 @@ def test_constraints_hold_after_every_step():
 # -------------------------------------------------------------------------------- impact onset
 
 
-def flyer(clearance=1e-3, speed=0.05):
+CAREFUL = Control(1e-4, 7e-3, 1e-12)
+
+
+def flyer(clearance=1e-3, speed=0.05, loads=()):
     """A ball that flies freely in the bore of a fixed bearing, along x."""
     ball = Particle("ball", np.zeros(3), 2.0, np.array([speed, 0.0, 0.0]))
     pin = ClearanceRevolute(
         "pin", Site("ball"), Site(None), Z, 0.02, clearance, ALUMINIUM, ALUMINIUM, 298.15
     )
-    made = model(ball, [pin])
+    made = model(ball, [pin], loads)
     return made._replace(coef=made.system.coefficients(sections(made.system)))
 
 
 def test_an_impact_begins_where_the_clearance_ends():
     made = flyer()
-    states = path(made, Control(1e-4, 7e-3, 1e-12), 0.025, windows=2)
+    states = path(made, CAREFUL, 0.025, windows=2)
     begun = next(s for s in states if s.motion.approach[0] != 0.0)
     assert begun.motion.t == pytest.approx(1e-3 / 0.05, rel=1e-5)
     assert begun.motion.approach[0] == pytest.approx(0.05, rel=1e-9)
@@ -363,7 +387,7 @@ def test_an_impact_begins_where_the_clearance_ends():
 
 
 def test_the_approach_speed_of_a_running_impact_survives_the_window():
-    made, control = flyer(), Control(1e-4, 7e-3, 1e-12)
+    made, control = flyer(), CAREFUL
     whole = path(made, control, 0.025)
     inside = [s for s in whole if s.motion.approach[0] > 0.0]
     assert len(inside) > 20
@@ -375,6 +399,19 @@ def test_the_approach_speed_of_a_running_impact_survives_the_window():
     assert why == ""
     assert end.motion.v[0] < 0.0
     assert end.motion.v[0] == pytest.approx(whole[-1].motion.v[0], rel=2e-3)
+
+
+def test_a_contact_that_is_pushed_anew_counts_the_faster_approach():
+    """A ball creeps onto the wall and is struck before it leaves."""
+    blow = Force("blow", Site("ball"), X, lambda t: 2e5 * float(0.02005 < t < 0.02015))
+    gentle = flyer()
+    struck = flyer(loads=[blow])
+    slow = [s.motion.approach[0] for s in path(gentle, CAREFUL, 0.0202)]
+    fast = [s.motion.approach[0] for s in path(struck, CAREFUL, 0.0202)]
+    assert max(slow) == pytest.approx(0.05, rel=1e-9)
+    assert fast[-1] > 1.0
+    touching = np.flatnonzero(np.array(fast) > 0.0)
+    assert np.all(np.diff(np.array(fast)[touching]) >= 0.0)
 
 
 # --------------------------------------------------------------------------- what cannot be done

@@ -157,6 +157,8 @@ def test_heat_waits_where_windows_have_different_lengths(scheme):
         state, _ = scheme(solvers, state, t, h, None)
         t += h
     assert state.deposited + state.pending.sum() == pytest.approx(state.motion.lost, rel=1e-13)
+    stored = CAPACITY * (state.T[0] - START)
+    assert stored == pytest.approx(state.deposited + state.flows["air"], rel=1e-12)
 
 
 def test_isothermal_counts_released_heat_and_deposits_none():
