@@ -207,6 +207,18 @@ def test_work_of_heating_a_bar_between_walls(name, windows):
     assert abs(row["defect"]) < 1e-9 * expected
 
 
+def test_free_expansion_takes_no_work():
+    """A bar that is free to grow, heated slowly: what it pushes is its own small mass."""
+    bar = straight(0.5, 2, THICK, elastic(70e9, 0.3, 2700.0, 2e-5), "cable")
+    made = model(replace(bar, damping_time=1e-5))
+    cold, warm = made.coef, warmed(made, 338.15)
+    state, _ = initial_state(made.system, fixed(0.01), cold)
+    state, _, why = advance(made.system, fixed(0.01), state, Window(0.0, 1.0, cold, warm))
+    assert why == ""
+    held = 0.5 * 70e9 * 1e-2 * 0.5 * (2e-5 * 40.0) ** 2
+    assert abs(terms(state)["work_thermal"]) < 1e-4 * held  # by one-sided sums 1e-2 of it
+
+
 def test_a_jump_of_the_temperature_between_windows_is_work_of_heating():
     material = elastic(70e9, 0.3, 2700.0, 2e-5)
     made = held_bar(material)

@@ -72,6 +72,12 @@ def test_the_heat_balance_closes():
         assert abs(row["heat_defect"]) <= 1e-9 * exchanged
 
 
+def test_frictional_heat_is_in_the_balance():
+    """It is little beside the sunlight, and much beside round-off."""
+    state = run().last
+    assert abs(run().model.ledger(state)["heat_defect"]) < 0.01 * state.deposited
+
+
 def test_what_friction_takes_is_the_heat_that_is_released_and_deposited():
     done = run()
     row, state = done.model.ledger(done.last), done.last

@@ -349,8 +349,21 @@ def test_the_command_ends_with_exit_code_3_and_says_why(tmp_path):
     assert consistent(tmp_path / "results" / "001")[2]["outcome"] == "stopped"
 
 
-HALVED = ROD.replace("smallest_window = 0.05", "smallest_window = 1e-4").replace(
-    "smallest_step = 2e-3", "smallest_step = 5e-4"
+LOOSE_PIN = """
+[joint.pin]
+kind = "clearance_revolute"
+journal = { body = "rod", at = "end" }
+axis = [0.0, 0.0, 1.0]
+radius = 0.02
+clearance = 1e-3
+journal_material = "al6061"
+bearing_material = "al6061"
+"""
+HALVED = (
+    ROD.replace("smallest_window = 0.05", "smallest_window = 1e-4").replace(
+        "smallest_step = 2e-3", "smallest_step = 5e-4"
+    )
+    + LOOSE_PIN
 )
 
 
