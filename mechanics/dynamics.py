@@ -146,7 +146,7 @@ def advance(
     while here.state.motion.t < end:
         new, why = _substep(system, control, here, window, end)
         if new is None:
-            return state, lost, why
+            return state, lost, f"{why}, at t = {here.state.motion.t:.9g} s"
         lost += ledger.contact_losses(here.balance, new.balance)
         here = new
         if observe is not None:

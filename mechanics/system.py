@@ -237,10 +237,16 @@ class System:
         return list(dict.fromkeys(names[new < REPEATED]))
 
     def name_of(self, coordinate: int) -> str:
-        """Body and node of a coordinate, or joint of a constraint row."""
-        if coordinate < self.n:
-            return self.layout.name_of(coordinate)
-        return f"joint {self.constraints.names[coordinate - self.n]}"
+        """Body, node and joints of a coordinate, or joint of a constraint row."""
+        if coordinate >= self.n:
+            return f"joint {self.constraints.names[coordinate - self.n]}"
+        held = np.any(self.constraints.dofs == coordinate, axis=1)
+        joints = [self.constraints.names[row] for row in np.flatnonzero(held)]
+        if self.contact is not None:
+            loose = np.any(self.contact.dofs == coordinate, axis=1)
+            joints += [self.contact.names[joint] for joint in np.flatnonzero(loose)]
+        at = f" (joint {', '.join(dict.fromkeys(joints))})" if joints else ""
+        return self.layout.name_of(coordinate) + at
 
 
 def _elements(description: Description, layout: Layout) -> list:

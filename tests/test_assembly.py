@@ -286,6 +286,7 @@ def test_mass_moves_everything_rigidly(moving):
 
 def test_coordinates_and_rows_are_named(moving):
     system = moving.system
-    assert system.name_of(0) == "arm node 0 position x"
+    assert system.name_of(0) == "arm node 0 position x (joint pin)"
+    assert system.name_of(12 + 1) == "arm node 1 position y"
     assert system.name_of(system.n) == "joint pin"
     assert system.name_of(system.n + system.m - 1) == "joint rod"
