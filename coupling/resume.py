@@ -24,8 +24,8 @@ def latest(parent: Path) -> Path:
 def check_same_case(saved: str, now: str) -> None:
     """Refuse to go on with another case. Raises BadCase with the tables that differ.
 
-    What neither changes the motion so far nor the windows may differ: the end of the run, what
-    is written, texts.
+    The end of the run, what is written and texts may differ, and so may the settings of
+    integrator and coupling: a run that stopped can go on with others.
     """
     before, after = _essence(saved), _essence(now)
     differ = [name for name in before | after if before.get(name) != after.get(name)]
@@ -35,9 +35,9 @@ def check_same_case(saved: str, now: str) -> None:
 
 
 def _essence(text: str) -> dict[str, Any]:
-    """The tables of a case that decide its motion."""
+    """What a case is about, without how it is computed and written."""
     tables = tomllib.loads(text)
-    for name in ("title", "description", "output"):
+    for name in ("title", "description", "output", "integrator", "coupling"):
         tables.pop(name, None)
     tables.get("time", {}).pop("end", None)
     return tables
