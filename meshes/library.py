@@ -15,6 +15,9 @@ Where the sources disagree at room temperature (20 °C), colder source first:
 
 The large one, k of al6061, is real: NIST measured the T6 temper, EN 1999-1-2 gives one line for
 the whole 6000 series. (The Aluminum Association lists 167 W/(m K) for 6061-T6 at 25 °C.)
+
+Not yet compared with the text of their source: E of EN 1999-1-2 at 50 °C and above 200 °C, all of
+EN 1993-1-2, and the heat capacity of titanium above 298 K.
 """
 
 from collections.abc import Callable
