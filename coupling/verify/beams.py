@@ -281,7 +281,11 @@ def _frequency(joints: list[Joint], which: int, root: float) -> tuple[float, flo
     return float(found), float(root**2 * speed / (2.0 * np.pi))
 
 
-@problem("beams", "first frequency of the 65.5 m boom", "PHYSICS of the paper's Fig. 30, thin tube")
+@problem(
+    "beams",
+    "first frequency of the 65.5 m boom",
+    "Euler–Bernoulli thin tube; resonance of Hua et al. 2026, Fig. 30",
+)
 def boom_frequency() -> list[Check]:
     beam = straight(65.5, 16, tube(0.27, 0.002, 0.33), elastic(69e9, 0.33, 2700.0))
     made = model(beam, [clamp()])

@@ -112,7 +112,7 @@ def double_pendulum() -> list[Check]:
         Guide("plane1", Site("bob1"), PLANE), Guide("plane2", Site("bob2"), PLANE),
     ]  # fmt: skip
     x = run(model(bobs, joints, gravity=GRAVITY), 1.0, fixed(2.5e-4)).q[-1, 3:5]
-    # BENCHMARKS mirrors the start: from +x the tip moves to -x
+    # the reference starts on the other side, hence |x|
     return [
         Check("|x|(1 s)", abs(x[0]), 1.44481885, 1e-4, "m"),
         Check("y(1 s)", x[1], -1.32179446, 1e-4, "m"),
