@@ -4,6 +4,7 @@ import importlib.metadata
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -104,11 +105,16 @@ class Model:
         row = dict(zip(TERMS, map(float, state.motion.ledger), strict=True))
         solver = self.pair.heat_solver
         if solver is not None:
-            stored = solver.energy(state.T) - solver.energy(solver.initial())
+            stored = solver.energy(state.T) - self._heat_at_start
             row |= {"heat_stored": stored, "heat_exchanged": state.deposited}
             row |= {f"heat_{name}": value for name, value in state.flows.items()}
             row["heat_defect"] = stored - state.deposited - sum(state.flows.values())
         return row
+
+    @cached_property
+    def _heat_at_start(self) -> float:
+        solver = self.pair.heat_solver
+        return 0.0 if solver is None else solver.energy(solver.initial())
 
     def probes(self, state: Coupled) -> dict[str, dict[str, Any]]:
         """Position, velocity and temperature at each probe."""

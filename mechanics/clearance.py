@@ -210,7 +210,12 @@ class Clearance:
 
     def split(self, q: Array, v: Array, coef: Array, approach: Array) -> Array:
         """(n_j, 2, 3) float [N, N, N m]  dissipative normal force and friction on (y1, y2, θ)."""
-        return self._respond(q, v, coef, approach)[1][:, 1:]
+        return self.losses(q, v, coef, approach)[1]
+
+    def losses(self, q: Array, v: Array, coef: Array, approach: Array) -> tuple[Array, Array]:
+        """``response`` and ``split`` of one evaluation."""
+        response, parts, _ = self._respond(q, v, coef, approach)
+        return response, parts[:, 1:]
 
     def gradients(self, q: Array) -> Array:
         """(n_j, 3, 18) float  derivatives of (y1, y2, θ) by the coordinates ``dofs``."""

@@ -116,7 +116,7 @@ def initial_state(
 ) -> tuple[State | None, str]:
     """State at rest or in the initial motion, with consistent accelerations and multipliers."""
     q, v = system.layout.q0.copy(), system.layout.v0.copy()
-    approach = np.zeros(0 if system.contact is None else len(system.contact.names))
+    approach = system.apart
     found = system.initial_acceleration(q, v, t, coef, approach)
     if found is None:
         return None, "initial accelerations: the constraints contradict or repeat one another"
@@ -124,10 +124,7 @@ def initial_state(
     force = system.force(q, v, t, coef, approach) + system.constraint_force(q, t, lam)
     motion = Motion(t, q, v, a, lam, force, force, approach)
     motion = motion._replace(approach=_approach(system, motion, coef))
-    b = ledger.balance(system, motion, coef)
-    row = np.zeros(len(ledger.TERMS))
-    row[:3] = b.kinetic, b.strain, b.contact_elastic
-    return State(motion, row, 0, 0, np.zeros(3, np.int64)), ""
+    return State(motion, ledger.balance(system, motion, coef).row, 0, 0, np.zeros(3, np.int64)), ""
 
 
 def advance(
@@ -164,10 +161,8 @@ def _responses(system: System, here: _Here) -> Array:
 def _enter(system: System, state: State, window: Window) -> _Here:
     """Begin a window; a jump of the coefficients since the last one is work of heating."""
     b = ledger.balance(system, state.motion, window.c0)
-    row = np.zeros(len(ledger.TERMS))
-    row[:3] = b.kinetic, b.strain, b.contact_elastic
-    stored = state.ledger[1] + state.ledger[2]
-    row[ledger.TERMS.index("work_thermal")] = b.strain + b.contact_elastic - stored
+    row = b.row
+    row[ledger.TERMS.index("work_thermal")] = b.stored - (state.ledger[1] + state.ledger[2])
     return _Here(state._replace(ledger=ledger.accumulate(state.ledger, row)), window.c0, b, None)
 
 
@@ -316,8 +311,9 @@ def _accept(system: System, control: Control, here: _Here, tried: _Tried) -> _He
     """Book the step, update the running impacts and choose the next rung."""
     m0 = here.state.motion
     b1 = ledger.balance(system, tried.motion, tried.coef)
-    heating = ledger.work_of_heating(system, m0.q, tried.motion.q, here.coef, tried.coef)
-    row = ledger.entries(system, control.scheme, m0, tried.motion, here.balance, b1, heating)
+    ends = m0, tried.motion, here.balance, b1
+    heating = ledger.work_of_heating(system, *ends, here.coef, tried.coef)
+    row = ledger.entries(system, control.scheme, *ends, heating)
     motion = tried.motion._replace(approach=_approach(system, tried.motion, tried.coef))
     state = here.state._replace(motion=motion, ledger=ledger.accumulate(here.state.ledger, row))
     state = _next_rung(system, control, state, tried)

@@ -173,11 +173,11 @@ def _newton(
         q = q0 + bh2 * a
         v = v0 + scheme.gamma * h * a
         total = system.force(q, v, t, trial.coef, s.approach)
-        total += system.constraint_force(q, t, lam)
+        phi = system.constraints.add_force(q, t, lam, total)
         if count and contraction * before <= tolerance:
             return Motion(t, q, v, a, lam, total, s.force, s.approach), count, ""
         residual = system.mass @ a + weight * total - scheme.alpha * s.force
-        x = jacobian.solve(-np.concatenate([bh2 * residual, system.constraints.values(q, t)]))
+        x = jacobian.solve(-np.concatenate([bh2 * residual, phi]))
         sizes = np.abs(x[:n]) / system.scale
         worst = int(np.argmax(sizes))
         size = sizes[worst]

@@ -89,12 +89,13 @@ class Constraints:
         blocks[:] = 0.0
         self._evaluate(q, t, blocks)
 
-    def add_force(self, q: Array, t: float, lam: Array, out: Array) -> None:
-        """out += Φ_qᵀ λ for multipliers ``lam`` (m,)."""
+    def add_force(self, q: Array, t: float, lam: Array, out: Array) -> Array:
+        """out += Φ_qᵀ λ for multipliers ``lam`` (m,); returns Φ (m,), evaluated on the way."""
         blocks = np.zeros(self.dofs.shape)
-        self._evaluate(q, t, blocks)
+        values = self._evaluate(q, t, blocks)
         present = self.dofs >= 0
         np.add.at(out, self.dofs[present], (blocks * lam[:, None])[present])
+        return values
 
     def hessian(self, q: Array, t: float, lam: Array, cK: float, blocks: Array) -> None:
         """Overwrite ``blocks`` (m, 18, 18) with cK λ_i ∂²Φ_i/∂q².

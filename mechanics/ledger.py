@@ -52,6 +52,18 @@ class Balance(NamedTuple):
     relative: Array
     losses: Array
 
+    @property
+    def stored(self) -> float:
+        """Strain energy and elastic energy of the contacts [J]."""
+        return self.strain + self.contact_elastic
+
+    @property
+    def row(self) -> Array:
+        """Row of ``TERMS`` with the stored energies only [J]."""
+        row = np.zeros(len(TERMS))
+        row[:3] = self.kinetic, self.strain, self.contact_elastic
+        return row
+
 
 def balance(system: System, motion: Motion, coef: Coefficients) -> Balance:
     """Evaluate what the ledger needs at ``motion``."""
@@ -70,15 +82,19 @@ def _relative(system: System, motion: Motion, coef: Coefficients) -> tuple[Array
     if system.contact is None:
         return np.zeros((0, 3)), np.zeros((0, 2, 3))
     arguments = motion.q, motion.v, coef[-1], motion.approach
-    response = system.contact.response(*arguments)
-    return response[:, :3], system.contact.split(*arguments)
+    response, losses = system.contact.losses(*arguments)
+    return response[:, :3], losses
 
 
-def work_of_heating(system: System, q0: Array, q1: Array, c0: Coefficients, c1: Coefficients):
+def work_of_heating(
+    system: System, m0: Motion, m1: Motion, b0: Balance, b1: Balance,
+    c0: Coefficients, c1: Coefficients,
+) -> float:  # fmt: skip
     """Energy [J] that a change of coefficients brings, mean over both ends of a step."""
     if c0 is c1:
         return 0.0
-    return 0.5 * sum(sum(system.energy(q, c1)) - sum(system.energy(q, c0)) for q in (q0, q1))
+    first = sum(system.energy(m0.q, c1)) - b0.stored
+    return 0.5 * (first + b1.stored - sum(system.energy(m1.q, c0)))
 
 
 def contact_losses(b0: Balance, b1: Balance) -> Array:
@@ -105,7 +121,7 @@ def entries(
     damping = 0.5 * h * (b0.damping_power + b1.damping_power)
     heating -= 0.5 * h * (b0.heating_power + b1.heating_power)
     known = loads + drive + heating - hysteresis - friction - damping
-    stored = b1.strain + b1.contact_elastic - b0.strain - b0.contact_elastic
+    stored = b1.stored - b0.stored
     by_forces = -0.5 * float(dq @ (m0.force + m1.force))
     numerical = (known - stored) - by_forces - _scheme_work(system, scheme, m0, m1)
     kinetic = b1.kinetic - b0.kinetic

@@ -26,8 +26,7 @@ def modes(system: System, q: Array, lam: Array, coef: Coefficients, count: int) 
     coordinates at most.
     """
     rest = np.zeros(system.n)
-    approach = np.zeros(0 if system.contact is None else len(system.contact.names))
-    data = system.matrix(q, rest, 0.0, lam, coef, approach, Factors(0.0, 1.0, 0.0))
+    data = system.matrix(q, rest, 0.0, lam, coef, system.apart, Factors(0.0, 1.0, 0.0))
     full = system.pattern.matrix(data).toarray()
     n = system.n
     free = null_space(full[n:, :n]) if system.m else np.eye(n)

@@ -69,16 +69,15 @@ def _newton(
     iterations: int,
 ) -> Equilibrium:
     n, rest = system.n, np.zeros(system.n)
-    approach = np.zeros(0 if system.contact is None else len(system.contact.names))
     worst = 0
     for count in range(1, iterations + 1):
-        residual = system.force(q, rest, goal, coef, approach)
-        residual += system.constraint_force(q, goal, lam)
-        data = system.matrix(q, rest, goal, lam, coef, approach, Factors(0.0, 1.0, 0.0))
+        residual = system.force(q, rest, goal, coef, system.apart)
+        phi = system.constraints.add_force(q, goal, lam, residual)
+        data = system.matrix(q, rest, goal, lam, coef, system.apart, Factors(0.0, 1.0, 0.0))
         solve = system.factorise(data)
         if solve is None:
             return Equilibrium(q, lam, count, goal, "the stiffness matrix is singular")
-        x = solve(-np.concatenate([residual, system.constraints.values(q, goal)]))
+        x = solve(-np.concatenate([residual, phi]))
         sizes = np.abs(x[:n]) / system.scale
         worst = int(np.argmax(sizes))
         size = float(sizes[worst])

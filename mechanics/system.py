@@ -105,6 +105,11 @@ class System:
         self._hessian_slots, self._column_slots, self._row_slots = slots[2 + count : 5 + count]
         self._extra_slots = slots[5 + count :]
 
+    @property
+    def apart(self) -> Array:
+        """(n_j,) [m/s]  approach speeds while no impact runs: zeros."""
+        return np.zeros(len(self.contact_mass))
+
     # -- temperature ---------------------------------------------------------------------------
 
     def coefficients(self, T: Array) -> Coefficients:

@@ -158,13 +158,8 @@ def bend_45() -> list[Check]:
 
 def _bend_45(torsion: float, elements: int = 32) -> Array:
     """Tip of the arc that starts along y and bends towards x, loaded along z."""
-    angle = np.linspace(0.0, np.pi / 4.0, elements + 1)
-    radius = 100.0
-    zero = np.zeros_like(angle)
-    points = np.column_stack([radius * (1.0 - np.cos(angle)), radius * np.sin(angle), zero])
-    tangent = np.column_stack([np.sin(angle), np.cos(angle), zero])
-    normal = np.column_stack([np.cos(angle), -np.sin(angle), zero])
-    axes = np.stack([tangent, normal, np.cross(tangent, normal)], axis=1)
+    center, axis = np.array([100.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    points, axes = arc(center, np.zeros(3), axis, np.pi / 4.0, elements)
     section = general(
         1.0, 1.0 / 12.0, 1.0 / 12.0, torsion, shear_factor_2=5 / 6, shear_factor_3=5 / 6
     )

@@ -1,5 +1,7 @@
 """The integrator, point masses, and beams that move far."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
@@ -156,8 +158,11 @@ def flying_spaghetti() -> list[Check]:
     section = general(1.0, EI / EA, EI / EA, 1e-1, 2.0, 2.0)
     beam = straight(10.0, 8, section, elastic(EA, 0.0, 1.0), direction=(-0.6, 0.8, 0.0))
     start = np.array([6.0, 0.0, 0.0])
-    beam = beam.__class__(**{**beam.__dict__, "points": beam.points + start})
-    on = lambda t: float(t <= 2.5)  # noqa: E731
+    beam = replace(beam, points=beam.points + start)
+
+    def on(t: float) -> float:
+        return float(t <= 2.5)
+
     loads: list[Load] = [
         Force("push", Site("beam", 0), np.array([1.0, 0, 0]), lambda t: 8.0 * on(t)),
         Moment("turn", Site("beam", 0), np.array([0, 0, -1.0]), lambda t: 80.0 * on(t)),
