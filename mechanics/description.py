@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from meshes.materials import Material
 from meshes.sections import Section
+from meshes.surfaces import Surface
 
 Array = NDArray[np.float64]
 History = Callable[[float], float]
@@ -61,12 +62,69 @@ class Particle:
 
 
 @dataclass(frozen=True)
+class RigidBody:
+    """A rigid body, described by its centre of mass and three directors (no singularity).
+
+    Attributes
+    ----------
+    position : (3,) float [m]  centre of mass
+    mass : float [kg]
+    inertia : (3, 3) float [kg m^2]  about the centre of mass, in global directions at the start
+    axes : (3, 3) float  rows e1, e2, e3: body-fixed directions at the start
+    velocity, spin : (3,) float [m/s], [rad/s]  of the centre of mass; angular velocity
+    """
+
+    name: str
+    position: Array
+    mass: float
+    inertia: Array
+    axes: Array = field(default_factory=lambda: np.eye(3))
+    velocity: Array = field(default_factory=_zeros)
+    spin: Array = field(default_factory=_zeros)
+
+
+@dataclass(frozen=True)
+class Shell:
+    """A flexible surface.
+
+    Attributes
+    ----------
+    surface : middle surface with its nodes and parametric derivatives, see ``meshes.surfaces``
+    thickness : float [m]
+    element : name in ``mechanics.elements.FAMILIES``: "shell48" (thin, Kirchhoff-Love),
+        "shell24" (thick, director), "shell3443" (fully parametrised)
+    damping_time : float [s]  Kelvin-Voigt time
+    velocity, spin : (3,) float [m/s], [rad/s]  initial rigid motion about the origin
+    """
+
+    name: str
+    surface: Surface
+    thickness: float
+    material: Material
+    reference_temperature: float
+    damping_time: float = 0.0
+    element: str = "shell48"
+    velocity: Array = field(default_factory=_zeros)
+    spin: Array = field(default_factory=_zeros)
+
+
+@dataclass(frozen=True)
 class Site:
-    """One end of a joint: a node of a body, or a fixed point when ``body`` is None."""
+    """One end of a joint: a material point of a body, or a fixed point when ``body`` is None.
+
+    Attributes
+    ----------
+    node : int  node of the body; negative counts from the end
+    fraction : float  0 <= fraction < 1  how far towards the next node of a line body
+    offset : (3,) float [m]  from there, along e1, e2, e3 of the reference triad
+    position : (3,) float [m]  of a point of the ground
+    """
 
     body: str | None
     node: int = 0
     position: Array = field(default_factory=_zeros)
+    fraction: float = 0.0
+    offset: Array = field(default_factory=_zeros)
 
 
 @dataclass(frozen=True)
@@ -99,12 +157,175 @@ class Revolute:
 
 
 @dataclass(frozen=True)
-class Distance:
-    """Two points keep their reference distance."""
+class Universal:
+    """Points coincide; ``axis_a`` (fixed in a) stays normal to ``axis_b`` (fixed in b)."""
 
     name: str
     a: Site
     b: Site
+    axis_a: Array
+    axis_b: Array
+
+
+@dataclass(frozen=True)
+class Cylindrical:
+    """``a`` slides along and turns about an axis of ``b``; each may be driven."""
+
+    name: str
+    a: Site
+    b: Site
+    axis: Array
+    angle: History | None = None
+    travel: History | None = None
+
+
+@dataclass(frozen=True)
+class Prismatic:
+    """``a`` slides along an axis of ``b`` without turning; ``travel`` [m] drives it."""
+
+    name: str
+    a: Site
+    b: Site
+    axis: Array
+    travel: History | None = None
+
+
+@dataclass(frozen=True)
+class Planar:
+    """``a`` moves in the plane of ``b`` with the given ``normal`` and turns about it."""
+
+    name: str
+    a: Site
+    b: Site
+    normal: Array
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Two points keep their reference distance, or follow ``length`` [m], counted from it."""
+
+    name: str
+    a: Site
+    b: Site
+    length: History | None = None
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """Point ``a`` slides along the axis of the flexible line body ``body``.
+
+    Its place on the axis is a coordinate of its own: arc length [m] from the first node, at the
+    start that of the point nearest to ``a``.
+
+    aligned : bool  a section of ``a`` also keeps the orientation of the section it passes
+    travel : drives the arc length [m], counted from the start
+    """
+
+    name: str
+    a: Site
+    body: str
+    aligned: bool = False
+    travel: History | None = None
+
+
+@dataclass(frozen=True)
+class Gear:
+    """Turns of two revolute or cylindrical joints: turn(second) = ratio * turn(first).
+
+    Turns count from the reference, over any number of revolutions.
+    """
+
+    name: str
+    first: str
+    second: str
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Pulley:
+    """A rope over pulleys of no size: the length of its path through ``points`` is constant.
+
+    stiffness : float [N] | None  axial stiffness EA of the rope (no compression); None:
+        inextensible, and held tight
+    damping : float [N s]  with a stiffness: per relative rate of length
+    length : float [m] | None  free of force; None: as it is in the reference
+    winch : rope paid out [m] over time
+    """
+
+    name: str
+    points: Sequence[Site]
+    stiffness: float | None = None
+    damping: float = 0.0
+    length: float | None = None
+    winch: History | None = None
+
+
+@dataclass(frozen=True)
+class Latch:
+    """Locks the turn of a revolute, or the travel of a prismatic joint, once it reaches ``at``.
+
+    joint : name of that joint;  at : float [rad] or [m], counted from the reference
+    """
+
+    name: str
+    joint: str
+    at: float
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Spring, damper and actuator along the line between two points.
+
+    stiffness : float [N/m];  damping : float [N s/m]
+    length : float [m] | None  free of force; None: as it is in the reference
+    preload : float [N]  tension in the reference, added
+    force : tension [N] of an actuator over time, added
+    """
+
+    name: str
+    a: Site
+    b: Site
+    stiffness: float = 0.0
+    damping: float = 0.0
+    length: float | None = None
+    preload: float = 0.0
+    force: History | None = None
+
+
+@dataclass(frozen=True)
+class TorsionSpring:
+    """Spring, damper and motor on the turn of a revolute or cylindrical joint ``joint``.
+
+    stiffness : float [N m/rad];  damping : float [N m s/rad]
+    angle : float [rad]  free of moment, counted from the reference
+    preload : float [N m]  moment that drives the turn, at the reference, added
+    torque : moment [N m] that drives the turn, over time, added
+    """
+
+    name: str
+    joint: str
+    stiffness: float = 0.0
+    damping: float = 0.0
+    angle: float = 0.0
+    preload: float = 0.0
+    torque: History | None = None
+
+
+@dataclass(frozen=True)
+class Bushing:
+    """Elastic connection of two sections that coincide in the reference.
+
+    axes : (3, 3) float  rows: directions of ``b`` in the reference
+    stiffness : (6,) float [N/m] three times, [N m/rad] three times, along and about ``axes``
+    damping : (6,) float [N s/m], [N m s/rad]
+    """
+
+    name: str
+    a: Site
+    b: Site
+    axes: Array
+    stiffness: Array
+    damping: Array
 
 
 @dataclass(frozen=True)
@@ -194,9 +415,26 @@ class Moment:
     amplitude: History
 
 
-Body = Beam | Particle
-Joint = Clamp | Spherical | Revolute | Distance | Guide | ClearanceRevolute
-Load = Force | Moment
+@dataclass(frozen=True)
+class Torque:
+    """Moment ``direction`` times ``amplitude`` [N m] on ``a``, and its reaction on ``b``.
+
+    The direction is fixed in ``b``.
+    """
+
+    name: str
+    a: Site
+    b: Site
+    direction: Array
+    amplitude: History
+
+
+Body = Beam | Particle | RigidBody | Shell
+Joint = (
+    Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
+    | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing | ClearanceRevolute
+)  # fmt: skip
+Load = Force | Moment | Torque
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Where the coordinates of every node stand in the one vector q.
 
-Nodes carry their position r (3) and, by kind, nothing more (particle), the slope r_x (cable)
-or r_x and the section vectors d2 = r_y, d3 = r_z (beam). Nodes of a body are contiguous.
+A node carries its position r and further vectors, by family (``mechanics.elements``). Nodes of a
+body are contiguous. Coordinates that belong to joints, such as the place of a slider on its beam,
+follow those of the bodies.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,50 +12,78 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanics.description import Beam, Body, ClearanceRevolute, Joint, Particle, Site
+from mechanics.description import (
+    Beam,
+    Body,
+    ClearanceRevolute,
+    Cylindrical,
+    Gear,
+    Joint,
+    Latch,
+    Particle,
+    Prismatic,
+    RigidBody,
+    Shell,
+    Site,
+    Sliding,
+    TorsionSpring,
+)
+from mechanics.elements import FAMILIES, Family
+from mechanics.line_elements import arc_lengths
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-BEAM, CABLE, PARTICLE, FIXED = 12, 6, 3, 0
-"""Coordinates per node; ``FIXED`` is a point of the ground."""
-
-_VECTORS = {PARTICLE: ("position",), CABLE: ("position", "r_x")}
-_VECTORS[BEAM] = ("position", "r_x", "r_y", "r_z")
+TURN, TRAVEL, PLACE = "turn", "travel", "place"
+"""Coordinates of joints: angle of a hinge, path of a slide, arc length of a slider on a beam."""
 
 
 class Side(NamedTuple):
-    """One end of a joint.
+    """One end of a joint: a point r and up to two vectors p, s that say how the section stands.
+
+    Each is a sum of vectors of the coordinates with constant weights.
 
     name : what to call it in messages
-    kind : int  coordinates of its node: 12, 6, 3, or 0 for the ground
-    dofs : (9,) int  coordinates of r and of two vectors (beam: d2, d3; cable: r_x); -1 absent
+    vectors : (k,) int  first coordinate of each vector, k <= 8; none for the ground
+    weights : (3, k) float  of the vectors in r, p, s
+    directions : int  2: orientation known; 1: only p (cable: tangent, thick shell: normal); 0: none
     position : (3,) float [m]  reference position
+    frame : (3, 3) float  rows g/|g|^1/2 with g = p x s, p, s in the reference; zeros where absent
     triad : (3, 3) float  rows e1, e2, e3 in the reference; identity for ground and particles
+    size : float [m]  size of the body; 0 for the ground
     """
 
     name: str
-    kind: int
-    dofs: Indices
+    vectors: Indices
+    weights: Array
+    directions: int
     position: Array
+    frame: Array
     triad: Array
+    size: float
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it is a point of the ground."""
+        return not self.vectors.size
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The coordinates of all bodies and the points that carry a temperature.
+    """The coordinates of all bodies and joints, and the points that carry a temperature.
 
     Attributes
     ----------
     bodies : mapping from name to description, in order
-    kinds : mapping from body name to the number of coordinates of its nodes: 12, 6 or 3
+    kinds : mapping from body name to the number of coordinates of its nodes
     node_dofs : mapping from body name to (n_nodes,) int  first coordinate of each node
+    joint_dofs : mapping from ``<joint>.turn``, ``.travel`` or ``.place`` to its coordinate
     q0 : (n,) float [m], [1]  reference coordinates
     v0 : (n,) float [m/s], [1/s]  initial velocities
     scale : (n,) float [m], [1]  size of a coordinate: length of the body for positions
         (particles: 1 m), 1 for slopes and section vectors
-    point_index : mapping from beam name, ``<joint>.journal`` and ``<joint>.bearing`` to
-        (k,) int  rows of the temperature array, nodes of beams first
+    point_index : mapping from beam or shell name, ``<joint>.journal`` and ``<joint>.bearing`` to
+        (k,) int  rows of the temperature array, nodes of bodies first
     x : (m, 3) float [m]  reference positions of these points
     axes : (m, 3, 3) float  their section triads; zeros for journals and bearings
     """
@@ -62,6 +91,7 @@ class Layout:
     bodies: Mapping[str, Body]
     kinds: Mapping[str, int]
     node_dofs: Mapping[str, Indices]
+    joint_dofs: Mapping[str, int]
     q0: Array
     v0: Array
     scale: Array
@@ -76,24 +106,26 @@ class Layout:
 
     @classmethod
     def of(cls, bodies: Sequence[Body], joints: Sequence[Joint] = ()) -> "Layout":
-        """Number the coordinates in the order given; joints matter for their temperatures only."""
+        """Number the coordinates in the order given."""
         named = {body.name: body for body in bodies}
         if len(named) < len(bodies):
             raise ValueError("two bodies have the same name")
-        kinds = {body.name: _kind(body) for body in bodies}
+        kinds = {body.name: 3 * len(family_of(body).vectors) for body in bodies}
         node_dofs, start = {}, 0
         for body in bodies:
-            stop = start + kinds[body.name] * _node_count(body)
+            stop = start + kinds[body.name] * node_count(body)
             node_dofs[body.name] = np.arange(start, stop, kinds[body.name], dtype=np.intp)
             start = stop
+        own = _joint_coordinates(named, joints)
         index, x, axes = _points(bodies, joints)
         return cls(
             bodies=named,
             kinds=kinds,
             node_dofs=node_dofs,
-            q0=_stack([_coordinates(b) for b in bodies]),
-            v0=_stack([_velocities(b) for b in bodies]),
-            scale=_stack([_scales(b) for b in bodies]),
+            joint_dofs={name: start + i for i, name in enumerate(own)},
+            q0=_stack([*(_coordinates(b) for b in bodies), [q for q, _ in own.values()]]),
+            v0=_stack([*(_velocities(b) for b in bodies), np.zeros(len(own))]),
+            scale=_stack([*(_scales(b) for b in bodies), [s for _, s in own.values()]]),
             point_index=index,
             x=x,
             axes=axes,
@@ -102,59 +134,161 @@ class Layout:
     def site(self, site: Site) -> Side:
         """Coordinates and reference geometry of one end of a joint."""
         if site.body is None:
-            absent = np.full(9, -1, dtype=np.intp)
-            return Side("ground", FIXED, absent, np.asarray(site.position, float), np.eye(3))
+            position = np.asarray(site.position, float)
+            none = np.zeros(0, np.intp), np.zeros((3, 0))
+            return Side("ground", *none, 0, position, np.zeros((3, 3)), np.eye(3), 0.0)
         if site.body not in self.bodies:
             raise ValueError(f"there is no body {site.body!r}")
-        body, kind, nodes = self.bodies[site.body], self.kinds[site.body], self.node_dofs[site.body]
+        body, nodes = self.bodies[site.body], self.node_dofs[site.body]
         if not -nodes.size <= site.node < nodes.size:
             raise ValueError(f"body {site.body!r} has {nodes.size} nodes, not a node {site.node}")
-        dofs = np.full(9, -1, dtype=np.intp)
-        first = nodes[site.node]
-        dofs[:3] = first + np.arange(3)
-        if kind == CABLE:
-            dofs[3:6] = first + 3 + np.arange(3)
-        if kind == BEAM:
-            dofs[3:] = first + 6 + np.arange(6)
-        triad = np.eye(3) if isinstance(body, Particle) else np.asarray(body.axes[site.node], float)
-        return Side(site.body, kind, dofs, self.q0[first : first + 3].copy(), triad)
+        vectors, weights = self._combination(body, nodes, site)
+        return self._side(body, vectors, weights, site)
+
+    def _combination(self, body: Body, nodes: Indices, site: Site) -> tuple[Indices, Array]:
+        """Vectors and weights (3, k) of r, p, s on the axis of a body, without the offset."""
+        family, node = family_of(body), site.node % nodes.size
+        if site.fraction:
+            return _inside(body, family, nodes, node, site.fraction)
+        weights = np.zeros((3, len(family.vectors)))
+        weights[[0, *range(1, 1 + len(family.section))], [0, *family.section]] = 1.0
+        return nodes[node] + 3 * np.arange(len(family.vectors)), weights
+
+    def _side(self, body: Body, vectors: Indices, weights: Array, site: Site) -> Side:
+        values = self.q0[vectors[:, None] + np.arange(3)]
+        directions = len(family_of(body).section)
+        triad = _triad(body, weights @ values, site)
+        weights = _with_offset(body, weights, weights @ values, triad, np.asarray(site.offset))
+        used = np.any(weights != 0.0, axis=0)
+        r, p, s = weights @ values
+        size = float(self.scale[self.node_dofs[body.name][0]])
+        frame = np.stack([_root(np.cross(p, s)), p, s])
+        return Side(body.name, vectors[used], weights[:, used], directions, r, frame, triad, size)
 
     def name_of(self, coordinate: int) -> str:
         """Say in words which coordinate this is, such as ``arm node 3 r_y z``."""
         for name, nodes in self.node_dofs.items():
             node, local = divmod(int(coordinate) - int(nodes[0]), self.kinds[name])
             if 0 <= node < nodes.size:
-                vector = _VECTORS[self.kinds[name]][local // 3]
-                place = "" if self.kinds[name] == PARTICLE else f" node {node}"
+                vector = family_of(self.bodies[name]).vectors[local // 3]
+                place = f" node {node}" if nodes.size > 1 else ""
                 return f"{name}{place} {vector} {'xyz'[local % 3]}"
+        for name, dof in self.joint_dofs.items():
+            if dof == coordinate:
+                return " ".join(name.rsplit(".", 1))
         raise IndexError(f"coordinate {coordinate} of {self.ndof}")
 
 
-def _stack(parts: Sequence[Array]) -> Array:
-    return np.concatenate([np.zeros(0), *parts])
+def family_of(body: Body) -> Family:
+    """The family of a body."""
+    if isinstance(body, Beam | Shell):
+        return FAMILIES[body.element]
+    return FAMILIES["particle" if isinstance(body, Particle) else "rigid"]
 
 
-def _kind(body: Body) -> int:
+def node_count(body: Body) -> int:
+    """Number of nodes of a body."""
+    if isinstance(body, Shell):
+        return len(body.surface.points)
+    return len(body.points) if isinstance(body, Beam) else 1
+
+
+def _root(g: Array) -> Array:
+    """g/|g|^1/2, or zero."""
+    length = np.linalg.norm(g)
+    return g / np.sqrt(length) if length > 0.0 else g
+
+
+def _inside(
+    body: Body, family: Family, nodes: Indices, node: int, fraction: float
+) -> tuple[Indices, Array]:
+    """A point between two nodes of a line body with a cubic Hermite axis."""
+    if not isinstance(body, Beam) or family.vectors[1] != "r_x":
+        raise ValueError(f"{body.name!r} takes points at its nodes only")
+    if node + 1 >= nodes.size or not 0.0 <= fraction < 1.0:
+        raise ValueError(f"{body.name!r} has no such point: it ends at node {nodes.size - 1}")
+    k = len(family.vectors)
+    ends = np.asarray(body.points, float)[None, node : node + 2]
+    slopes = np.asarray(body.axes, float)[None, node : node + 2, 0]
+    L, x = float(arc_lengths(ends, slopes)[0]), fraction
+    weights = np.zeros((3, 2 * k))
+    weights[0, [0, k]] = (1.0 - x) ** 2 * (1.0 + 2.0 * x), x * x * (3.0 - 2.0 * x)
+    weights[0, [1, k + 1]] = L * x * (1.0 - x) ** 2, L * x * x * (x - 1.0)
+    for row, vector in enumerate(family.section, 1):
+        weights[row, [vector, k + vector]] = 1.0 - x, x
+    if family.section == (1,):  # the tangent of a cable follows from its axis
+        weights[1, [0, k]] = -6.0 * x * (1.0 - x) / L, 6.0 * x * (1.0 - x) / L
+        weights[1, [1, k + 1]] = 1.0 - 4.0 * x + 3.0 * x * x, 3.0 * x * x - 2.0 * x
+    return (nodes[node : node + 2, None] + 3 * np.arange(k)).ravel(), weights
+
+
+def _triad(body: Body, now: Array, site: Site) -> Array:
+    """(3, 3) orthonormal rows e1, e2, e3 at a point with r, p, s = ``now``."""
     if isinstance(body, Particle):
-        return PARTICLE
-    return CABLE if body.element == "cable" else BEAM
+        return np.eye(3)
+    if isinstance(body, RigidBody):
+        return np.asarray(body.axes, float)
+    if isinstance(body, Beam):
+        e1, e2, e3 = np.asarray(body.axes, float)[site.node]
+        if site.fraction:
+            e1, e2 = (now[1], e2) if body.element == "cable" else (np.cross(now[1], now[2]), now[1])
+        return _orthonormal(e1, e2)
+    e1, e2 = (body.surface.d_u[site.node], body.surface.d_v[site.node])
+    return _orthonormal(e1, e2)
 
 
-def _node_count(body: Body) -> int:
-    return 1 if isinstance(body, Particle) else len(body.points)
+def _orthonormal(e1: Array, e2: Array) -> Array:
+    e1 = e1 / np.linalg.norm(e1)
+    e2 = e2 - (e2 @ e1) * e1
+    e2 /= np.linalg.norm(e2)
+    return np.stack([e1, e2, np.cross(e1, e2)])
 
 
-def _vectors(body: Beam) -> Array:
-    """(n, k, 3): r_x, or r_x, r_y, r_z of every node in the reference configuration."""
-    axes = np.asarray(body.axes, float)
-    return axes[:, :1] if _kind(body) == CABLE else axes
+def _with_offset(body: Body, weights: Array, now: Array, triad: Array, offset: Array) -> Array:
+    """Weights of the point that is ``offset`` away along the triad, carried by the section."""
+    if not offset.any():
+        return weights
+    away, weights = offset @ triad, weights.copy()
+    if isinstance(body, RigidBody):
+        weights[0, 1:4] = np.asarray(body.axes, float) @ away
+        return weights
+    p, s = now[1], now[2]
+    parts, rest = np.linalg.lstsq(np.stack([p, s], axis=1), away, rcond=None)[:2]
+    if not s.any() or float(rest[0] if rest.size else 0.0) > 1e-20 * float(away @ away):
+        raise ValueError(f"the section of {body.name!r} has no point there")
+    weights[0] += parts @ weights[1:]
+    return weights
+
+
+def _stack(parts: Sequence) -> Array:
+    return np.concatenate([np.zeros(0), *(np.asarray(part, float) for part in parts)])
+
+
+def _vectors(body: Body) -> Array:
+    """(n, k, 3): the vectors of every node but its position, in the reference."""
+    if isinstance(body, Particle):
+        return np.zeros((1, 0, 3))
+    if isinstance(body, RigidBody):
+        return np.asarray(body.axes, float)[None]
+    if isinstance(body, Beam):
+        names = family_of(body).vectors[1:]
+        return np.asarray(body.axes, float)[:, ["xyz".index(name[2]) for name in names]]
+    s = body.surface
+    normal = np.cross(s.d_u, s.d_v)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    known = {"r_u": s.d_u, "r_v": s.d_v, "r_uv": s.d_uv, "r_n": normal}
+    return np.stack([known[name] for name in family_of(body).vectors[1:]], axis=1)
+
+
+def _places(body: Body) -> Array:
+    """(n, 3) [m] reference positions of the nodes."""
+    if isinstance(body, Particle | RigidBody):
+        return np.asarray(body.position, float)[None]
+    return np.asarray(body.surface.points if isinstance(body, Shell) else body.points, float)
 
 
 def _coordinates(body: Body) -> Array:
-    if isinstance(body, Particle):
-        return np.array(body.position, float)
-    points = np.asarray(body.points, float)[:, None]
-    return np.concatenate([points, _vectors(body)], axis=1).ravel()
+    return np.concatenate([_places(body)[:, None], _vectors(body)], axis=1).ravel()
 
 
 def _velocities(body: Body) -> Array:
@@ -162,17 +296,98 @@ def _velocities(body: Body) -> Array:
     if isinstance(body, Particle):
         return velocity.copy()
     spin = np.asarray(body.spin, float)
-    r = velocity + np.cross(spin, np.asarray(body.points, float))
+    arm = np.zeros((1, 3)) if isinstance(body, RigidBody) else _places(body)
+    r = velocity + np.cross(spin, arm)
     return np.concatenate([r[:, None], np.cross(spin, _vectors(body))], axis=1).ravel()
 
 
-def _scales(body: Body) -> Array:
+def _length(body: Body) -> float:
+    """Size of a body [m]: of a rigid one its radius of gyration."""
     if isinstance(body, Particle):
-        return np.ones(3)
-    length = np.linalg.norm(np.diff(body.points, axis=0), axis=1).sum()
-    node = np.ones(_kind(body))
-    node[:3] = length
-    return np.tile(node, len(body.points))
+        return 1.0
+    if isinstance(body, RigidBody):
+        return float(np.sqrt(np.trace(np.asarray(body.inertia)) / (2.0 * body.mass))) or 1.0
+    if isinstance(body, Shell):
+        return float(np.linalg.norm(np.ptp(body.surface.points, axis=0)))
+    return float(np.linalg.norm(np.diff(body.points, axis=0), axis=1).sum())
+
+
+def _scales(body: Body) -> Array:
+    family = family_of(body)
+    node = np.ones(3 * len(family.vectors))
+    node[:3] = _length(body)
+    if "r_uv" in family.vectors:
+        node[9:] = 1.0 / _length(body)
+    return np.tile(node, node_count(body))
+
+
+def _joint_coordinates(
+    bodies: Mapping[str, Body], joints: Sequence[Joint]
+) -> dict[str, tuple[float, float]]:
+    """Reference value and scale of the coordinates that joints own."""
+    named = {joint.name: joint for joint in joints}
+    own: dict[str, tuple[float, float]] = {}
+    for joint in joints:
+        if isinstance(joint, Sliding):
+            own[f"{joint.name}.{PLACE}"] = _nearest(bodies, joint)
+        for name in _turning(joint):
+            slides = isinstance(named.get(name), Prismatic)
+            kind = TRAVEL if slides and isinstance(joint, Latch) else TURN
+            own[f"{name}.{kind}"] = 0.0, 1.0
+    return own
+
+
+def _turning(joint: Joint) -> tuple[str, ...]:
+    """Names of the joints whose turn (or travel) a joint needs as a coordinate."""
+    if isinstance(joint, Gear):
+        return joint.first, joint.second
+    return (joint.joint,) if isinstance(joint, Latch | TorsionSpring) else ()
+
+
+def _nearest(bodies: Mapping[str, Body], joint: Sliding) -> tuple[float, float]:
+    """Arc length [m] of the point of the body that is nearest to the slider, and the length."""
+    body = bodies.get(joint.body)
+    if not isinstance(body, Beam) or "r_x" not in family_of(body).vectors:
+        raise ValueError(f"joint {joint.name!r}: {joint.body!r} is no beam or cable to slide on")
+    points = np.asarray(body.points, float)
+    slopes = np.asarray(body.axes, float)[:, 0]
+    lengths = arc_lengths(
+        np.stack([points[:-1], points[1:]], 1), np.stack([slopes[:-1], slopes[1:]], 1)
+    )
+    target = _place(joint.a, {name: _places(b) for name, b in bodies.items()})
+    best = _closest(points, slopes, lengths, target)
+    return best, float(lengths.sum())
+
+
+def _closest(points: Array, slopes: Array, lengths: Array, target: Array) -> float:
+    """Arc length of the nearest point of a chain of cubics: a fine search, then Newton."""
+    x = np.linspace(0.0, 1.0, 65)[:, None]
+    before, best = 0.0, (np.inf, 0.0)
+    for e, L in enumerate(lengths):
+
+        def axis(x, e=e, L=L):
+            a, b = points[e], points[e + 1]
+            hermite = (1 - x) ** 2 * (1 + 2 * x), L * x * (1 - x) ** 2
+            far = x * x * (3 - 2 * x), L * x * x * (x - 1)
+            return hermite[0] * a + hermite[1] * slopes[e] + far[0] * b + far[1] * slopes[e + 1]
+
+        distance = np.linalg.norm(axis(x) - target, axis=1)
+        k = int(np.argmin(distance))
+        lower, upper = x[max(k - 1, 0), 0], x[min(k + 1, 64), 0]
+        found = _golden(lambda s: float(np.linalg.norm(axis(s) - target)), lower, upper)
+        best = min(best, (float(np.linalg.norm(axis(found) - target)), before + found * L))
+        before += L
+    return best[1]
+
+
+def _golden(distance, lower: float, upper: float) -> float:
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(
+        lambda s: distance(s) ** 2, bounds=(lower, upper), method="bounded",
+        options={"xatol": 1e-14},
+    )  # fmt: skip
+    return min((lower, upper, float(found.x)), key=distance)
 
 
 def _place(site: Site, positions: Mapping[str, Array]) -> Array:
@@ -186,12 +401,9 @@ def _place(site: Site, positions: Mapping[str, Array]) -> Array:
 def _points(
     bodies: Sequence[Body], joints: Sequence[Joint]
 ) -> tuple[dict[str, Indices], Array, Array]:
-    """Temperature points: nodes of the beams, then journal and bearing of each clearance joint."""
-    beams = [body for body in bodies if isinstance(body, Beam)]
-    places = {beam.name: (np.asarray(beam.points, float), np.asarray(beam.axes)) for beam in beams}
-    positions = {
-        body.name: _coordinates(body).reshape(_node_count(body), -1)[:, :3] for body in bodies
-    }
+    """Temperature points: nodes of flexible bodies, then both parts of each clearance joint."""
+    places = {b.name: (_places(b), _section_axes(b)) for b in bodies if isinstance(b, Beam | Shell)}
+    positions = {body.name: _places(body) for body in bodies}
     for joint in joints:
         if isinstance(joint, ClearanceRevolute):
             for part, site in (("journal", joint.journal), ("bearing", joint.bearing)):
@@ -204,3 +416,11 @@ def _points(
     x = np.concatenate([np.zeros((0, 3)), *(x for x, _ in places.values())])
     axes = np.concatenate([np.zeros((0, 3, 3)), *(a for _, a in places.values())])
     return index, x, axes
+
+
+def _section_axes(body: Beam | Shell) -> Array:
+    """(n, 3, 3) rows e1, e2, e3 at the nodes; of shells e3 is the normal."""
+    if isinstance(body, Beam):
+        return np.asarray(body.axes, float)
+    pairs = zip(body.surface.d_u, body.surface.d_v, strict=True)
+    return np.array([_orthonormal(e1, e2) for e1, e2 in pairs])
