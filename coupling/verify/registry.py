@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 
+import numpy as np
+
 AREAS = ("beams", "dynamics", "contact", "heat", "thermoelastic")
 
 
@@ -36,22 +38,72 @@ class Check:
 
 
 @dataclass(frozen=True)
+class Convergence:
+    """Errors on finer and finer meshes or steps, whose order must be that of the theory.
+
+    sizes : (k,) from coarse to fine, k >= 3: numbers of elements (growing) or steps (falling)
+    errors : (k,) against an answer known otherwise, all positive; rows at round-off left out
+    theory : order p of error ~ steps^p, or ~ elements^-p
+    tolerance : largest deviation of the observed order from it, to either side
+    unit : of the sizes
+
+    Examples
+    --------
+    >>> rows = Convergence("tip", (4, 8, 16), (1.6e-2, 1e-3, 6.3e-5), 4.0, 0.2)
+    >>> round(rows.order, 2), rows.passed
+    (3.99, True)
+    >>> Convergence("HHT", (0.02, 0.01, 0.005), (4e-3, 1e-3, 2.5e-4), 2.0, 0.1, "s").passed
+    True
+    """
+
+    name: str
+    sizes: Sequence[float]
+    errors: Sequence[float]
+    theory: float
+    tolerance: float
+    unit: str = "elements"
+
+    @property
+    def order(self) -> float:
+        """Slope of all rows, log error against log size, least squares."""
+        sizes, errors = np.asarray(self.sizes, float), np.asarray(self.errors, float)
+        if len(sizes) < 3 or not np.all(np.isfinite(errors) & (errors > 0.0)):
+            return -inf
+        slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+        return float(-slope if sizes[-1] > sizes[0] else slope)
+
+    @property
+    def orders(self) -> list[float]:
+        """Order from each row to the next, (k - 1,)."""
+        with np.errstate(all="ignore"):
+            finer = np.abs(np.diff(np.log(np.asarray(self.sizes, float))))
+            return list(-np.diff(np.log(np.asarray(self.errors, float))) / finer)
+
+    @property
+    def passed(self) -> bool:
+        return isfinite(self.order) and abs(self.order - self.theory) <= self.tolerance
+
+
+Result = Check | Convergence
+
+
+@dataclass(frozen=True)
 class Problem:
-    """A named problem of an area; ``solve`` returns its checks."""
+    """A named problem of an area; ``solve`` returns its checks and convergence tables."""
 
     area: str
     name: str
     source: str
-    solve: Callable[[], Sequence[Check]]
+    solve: Callable[[], Sequence[Result]]
 
 
 PROBLEMS: list[Problem] = []
 
 
 def problem(area: str, name: str, source: str) -> Callable:
-    """Register the decorated function, which takes nothing and returns checks."""
+    """Register the decorated function, which takes nothing and returns results."""
 
-    def register(solve: Callable[[], Sequence[Check]]) -> Callable[[], Sequence[Check]]:
+    def register(solve: Callable[[], Sequence[Result]]) -> Callable[[], Sequence[Result]]:
         PROBLEMS.append(Problem(area, name, source, solve))
         return solve
 

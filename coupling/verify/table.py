@@ -8,7 +8,7 @@ from rich.text import Text
 
 from coupling.errors import BadCase, Problem, unknown
 from coupling.verify import registry
-from coupling.verify.registry import Check
+from coupling.verify.registry import Check, Convergence, Result
 
 WIDTHS = (34, 24, 12, 9, 9)  # quantity, value with unit, reference, error, tolerance
 
@@ -34,8 +34,8 @@ def _solve(problem: registry.Problem, out: Console) -> bool:
     started = time.perf_counter()
     rows, reason = [], ""
     try:
-        checks: Sequence[Check] = problem.solve()
-        rows = [(_row(check), check.passed) for check in checks]
+        results: Sequence[Result] = problem.solve()
+        rows = [(_shown(result), result.passed) for result in results]
         reason = "" if rows else "nothing was checked"
     except Exception as error:
         rows, reason = [], f"{type(error).__name__}: {error}"
@@ -48,6 +48,20 @@ def _solve(problem: registry.Problem, out: Console) -> bool:
     if reason:
         out.print(Text(f"  {reason}", "red"))
     return passed
+
+
+def _shown(result: Result) -> str:
+    return _row(result) if isinstance(result, Check) else _rows(result)
+
+
+def _rows(found: Convergence) -> str:
+    """Small table of sizes and errors; its last line is the order over all rows."""
+    lines = [_columns(found.name, found.unit, "", "error", "order")]
+    orders = ["", *(f"{order:.2f}" for order in found.orders)]
+    for size, error, order in zip(found.sizes, found.errors, orders, strict=True):
+        lines.append(_columns("", f"{size:g}", "", f"{error:.1e}", order))
+    observed = f"{found.order:.2f}", f"{found.theory:g}", f"{found.order - found.theory:+.2f}"
+    return "\n".join([*lines, _columns("  order", *observed, f"{found.tolerance:.2g}")])
 
 
 def _row(check: Check) -> str:
