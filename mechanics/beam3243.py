@@ -40,7 +40,7 @@ strain, which is Green's Gamma_1 + Gamma_1^2/2:
 - The directors' stretch is stiff (EA): the section follows the thermal expansion.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,9 +49,9 @@ from mechanics import beam3243_kernels as kernels
 from mechanics import line_elements as line
 from mechanics.beam3243_kernels import AXIAL, BENDING, MAGNUS, SECTION, SHEAR, STRAINS, TORSION
 from mechanics.description import Beam
+from mechanics.layout import Layout
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 STATIONS = np.concatenate([[0.0, 1.0], line.XI2, line.XI3])
 """Where the material is evaluated, as fractions of the length."""
@@ -62,26 +62,37 @@ class Beam3243:
 
     Attributes
     ----------
+    name : of the family
     names : name of the body of each element
     dofs : (n_e, 24) intp
+    ints : (n_e, 2) int64  first coordinates of both nodes
+    floats : (n_e, 2) float  arc length in the reference [m], damping time [s]
+    force, tangent, energy : addresses of the kernels
     nodes : (n_e, 2) intp  rows of the section temperatures
     length : (n_e,) float [m]  arc length in the reference configuration
-    damping_time : (n_e,) float [s]
+    symmetric : bool  without damping, whose forces turn with the element
     """
 
-    def __init__(self, beams: Sequence[Beam], node_dofs, point_index):
+    name = "beam3243"
+    force, tangent, energy = kernels.add_force, kernels.add_tangent, kernels.add_energy
+
+    def __init__(self, beams: Sequence[Beam], layout: Layout):
         self.names = [str(name) for name in line.per_element(beams, [b.name for b in beams])]
-        self._start = line.pairs([node_dofs[b.name] for b in beams]).astype(np.intp)
-        self.dofs = (self._start[:, :, None] + np.arange(12)).reshape(-1, 24)
-        self.nodes = line.pairs([point_index[b.name] for b in beams])
-        self.damping_time = line.per_element(beams, [float(b.damping_time) for b in beams])
+        start = line.pairs([layout.node_dofs[b.name] for b in beams])
+        self.ints = np.ascontiguousarray(start, dtype=np.int64)
+        self.dofs = (start[:, :, None] + np.arange(12)).reshape(-1, 24).astype(np.intp)
+        self.nodes = line.pairs([layout.point_index[b.name] for b in beams])
+        self.signals: list = []
         self._unheated = line.per_element(beams, [float(b.reference_temperature) for b in beams])
         self._groups = line.groups(beams)
         self._sections = line.per_element(beams, [_section_row(b) for b in beams])
         self._density = line.per_element(beams, [b.material.density for b in beams])
         reference = line.pairs([coordinates(b) for b in beams])
         self.length = line.arc_lengths(reference[:, :, :3], reference[:, :, 3:6])
-        self._reference = _reference_strains(reference, self.length)
+        damping_time = line.per_element(beams, [float(b.damping_time) for b in beams])
+        self.floats = np.column_stack([self.length, damping_time])
+        self.symmetric = not damping_time.any()
+        self._reference = _reference_strains(reference, self.floats)
         b2, c2, b3, c3 = self._reference[:, BENDING:SHEAR].T
         self._reference_turn = self._reference[:, TORSION] + MAGNUS * (b2 * c3 - b3 * c2)
         slopes = line.tangents(reference[:, :, :3], reference[:, :, 3:6], self.length)
@@ -146,36 +157,15 @@ class Beam3243:
         free[:, SECTION:] *= np.tile(stretch[:, :2], 3)
         return free
 
-    def force(self, q: Array, v: Array, coef: Array, out: Array) -> None:
-        """Add elastic and damping forces to ``out``."""
-        kernels.add_force(q, v, coef, self._start, self.length, self.damping_time, out)
-
-    def tangent(self, q, v, coef, cK: float, cC: float, blocks: Array) -> None:
-        """Write cK df/dq + cC df/dv to ``blocks`` (n_e, 24, 24)."""
-        fixed = self._start, self.length, self.damping_time
-        kernels.tangent(q, v, coef, *fixed, cK, cC, blocks)
-
-    def energy(self, q: Array, coef: Array) -> float:
-        """Elastic energy [J]."""
-        strains, _ = self._strains(q, np.zeros_like(q))
-        excess = strains - coef[:, STRAINS : 2 * STRAINS]
-        return 0.5 * float(np.sum(coef[:, :STRAINS] * excess**2))
-
-    def damping(self, q: Array, v: Array, coef: Array) -> tuple[float, float]:
-        """Powers [W] lost in structural damping, and done by it on the changing free strains."""
-        rates, heated = self._strains(q, v)[1], coef[:, 2 * STRAINS :]
-        stress = self.damping_time[:, None] * coef[:, :STRAINS] * (rates - heated)
-        return float(np.sum(stress * (rates - heated))), float(np.sum(stress * heated))
-
-    def resultants(self, q: Array, v: Array, coef: Array) -> Array:
+    def resultants(self, y: Array, v: Array, coef: Array) -> Array:
         """Section resultants N, Q2, Q3, Mt, M2, M3 of each element, (n_e, 6) [N, N m].
 
         Means over the element, damping included. M_k is positive where the axis bends towards
         e_k: axial stress = N/A - M2 y/I2 - M3 z/I3.
         """
-        strains, rates = self._strains(q, v)
+        strains, rates = self._strains(y, v)
         elastic = strains - coef[:, STRAINS : 2 * STRAINS]
-        excess = elastic + self.damping_time[:, None] * (rates - coef[:, 2 * STRAINS :])
+        excess = elastic + self.floats[:, 1:] * (rates - coef[:, 2 * STRAINS :])
         S = coef[:, :STRAINS] * excess
         N = S[:, AXIAL] / self.length
         Q = S[:, SHEAR:TORSION].reshape(-1, 2, 2).sum(axis=2) / self.length[:, None]
@@ -193,24 +183,16 @@ class Beam3243:
         scalar[:, [[3], [7]], [3, 7]] = I3[:, None, None] * linear
         return line.in_space(scalar)
 
-    def _strains(self, q: Array, v: Array) -> tuple[Array, Array]:
+    def _strains(self, y: Array, v: Array) -> tuple[Array, Array]:
         """Generalised strains and their rates, both (n_e, 18)."""
         strains, rates = np.empty((2, len(self.names), STRAINS))
-        kernels.evaluate(q, v, self._start, self.length, strains, rates)
+        kernels.evaluate(y, v, self.ints, self.floats, strains, rates)
         return strains, rates
 
 
-def build(
-    beams: Sequence[Beam], node_dofs: Mapping[str, Indices], point_index: Mapping[str, Indices]
-) -> Beam3243:
-    """One term for all ``beams``.
-
-    Parameters
-    ----------
-    node_dofs : (n,) of each body  first global coordinate of each node
-    point_index : (n,) of each body  row of each node in the section temperatures
-    """
-    return Beam3243(beams, node_dofs, point_index)
+def build(beams: Sequence[Beam], layout: Layout) -> Beam3243:
+    """One term for all ``beams``."""
+    return Beam3243(beams, layout)
 
 
 def coordinates(beam: Beam) -> Array:
@@ -225,11 +207,11 @@ def _section_row(beam: Beam) -> list[float]:
     return [*moments, s.shear_factor_2, s.shear_factor_3]
 
 
-def _reference_strains(reference: Array, length: Array) -> Array:
+def _reference_strains(reference: Array, floats: Array) -> Array:
     """(n_e, 18) strains at the reference."""
     n = len(reference)
     start = 24 * np.arange(n)[:, None] + np.array([0, 12])
     strains, rates = np.empty((2, n, STRAINS))
     q = reference.ravel()
-    kernels.evaluate(q, np.zeros_like(q), start, length, strains, rates)
+    kernels.evaluate(q, np.zeros_like(q), start, floats, strains, rates)
     return strains

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 from mechanics.line_elements import (
     AXIAL_FORM,
     LEGENDRE,
@@ -105,49 +106,259 @@ NODAL = np.array([C, A1, A2, A3, C, B1, B2, B3], dtype=np.intp)
 """The eight vectors of coordinates r, r_x, d2, d3, r, r_x, d2, d3 in terms of X."""
 
 
-@njit(cache=True)
-def evaluate(q, v, start, length, strains, rates):
+@njit(cache=True, error_model="numpy")
+def _gather(q, ints, e, L, X):
+    """The seven vectors of an element, flat (21,)."""
+    a, b = ints[e, 0], ints[e, 1]
+    for i in range(3):
+        X[i] = (q[b + i] - q[a + i]) / L
+    for i in range(9):
+        X[3 + i] = q[a + 3 + i]
+        X[12 + i] = q[b + 3 + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _strains(X, eps, B):
+    """Strains (22,) and their gradients (22, 21) with respect to X."""
+    Y = np.empty((2, 3))
+    _products(X, B)
+    eps[:] = 0.0
+    for m in range(FACTOR.size):
+        j, k = 3 * LEFT[m], 3 * RIGHT[m]
+        dot = X[j] * X[k] + X[j + 1] * X[k + 1] + X[j + 2] * X[k + 2]
+        eps[ROW[m]] += FACTOR[m] * dot
+    for g in range(4):
+        for k in range(2):
+            _point(X, g, k, Y)
+            N, un = _normal(Y)
+            row = POINT_ROW[g, k]
+            eps[row] = un
+            for i in range(3):
+                n = Y[1, i] / N
+                for m in range(3):
+                    B[row, 3 * AXIS[m] + i] += AHEAD[g, m] * n
+                for m in range(2):
+                    B[row, 9 * m + 6 + 3 * k + i] += ENDS[g, m] * (Y[0, i] - un * n) / N
+    eps[ONE] = 1.0
+    _mix(eps, B, SWEEP[0], SWEEP[1])
+    for r in range(BENDING, SHEAR):
+        z = NORMAL + (r - BENDING) % 2
+        s = 1.0 / np.sqrt(eps[z])
+        eps[r] *= s
+        for j in range(21):
+            B[r, j] = s * B[r, j] - 0.5 * eps[r] / eps[z] * B[z, j]
+    _mix(eps, B, SWEEP[1], SWEEP[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _rates(B, V, rate):
+    for r in range(ROWS):
+        rate[r] = 0.0
+        for j in range(21):
+            rate[r] += B[r, j] * V[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _products(X, B):
+    """Gradients (22, 21) of the sums of products of vectors; linear in X."""
+    B[:] = 0.0
+    for m in range(FACTOR.size):
+        for i in range(3):
+            j, k = 3 * LEFT[m] + i, 3 * RIGHT[m] + i
+            B[ROW[m], j] += FACTOR[m] * X[k]
+            B[ROW[m], k] += FACTOR[m] * X[j]
+
+
+@njit(cache=True, error_model="numpy")
+def _point(X, g, k, Y):
+    """u and d_k (2, 3) at point g."""
+    for i in range(3):
+        Y[0, i] = AHEAD[g, 0] * X[i] + AHEAD[g, 1] * X[3 + i] + AHEAD[g, 2] * X[12 + i]
+        Y[1, i] = ENDS[g, 0] * X[6 + 3 * k + i] + ENDS[g, 1] * X[15 + 3 * k + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _normal(Y):
+    """|d| and u.n."""
+    dd, ud = 0.0, 0.0
+    for i in range(3):
+        dd += Y[1, i] * Y[1, i]
+        ud += Y[0, i] * Y[1, i]
+    N = np.sqrt(dd)
+    return N, ud / N
+
+
+@njit(cache=True, error_model="numpy")
+def _mix(eps, B, first, end):
+    """Add products of strains to strains and their gradients."""
+    for m in range(first, end):
+        r, p, q = MIX_ROW[m], MIX_P[m], MIX_Q[m]
+        a, b = MIX_FACTOR[m] * eps[p], MIX_FACTOR[m] * eps[q]
+        eps[r] += a * eps[q]
+        for j in range(21):
+            B[r, j] += a * B[q, j] + b * B[p, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _mix_rates(eps, rate, B, Bv, first, end):
+    """Add the rates of the same gradients to Bv."""
+    for m in range(first, end):
+        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
+        a, b, c, d = f * eps[p], f * eps[q], f * rate[p], f * rate[q]
+        for j in range(21):
+            Bv[r, j] += a * Bv[q, j] + b * Bv[p, j] + c * B[q, j] + d * B[p, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _unmix(eps, B, S, W, first, end):
+    """Pass the stresses of the products on to their factors, and their curvature to W."""
+    for m in range(first, end):
+        p, q = MIX_P[m], MIX_Q[m]
+        s = S[MIX_ROW[m]] * MIX_FACTOR[m]
+        S[p] += s * eps[q]
+        S[q] += s * eps[p]
+        for j in range(21):
+            W[p, j] += s * B[q, j]
+            W[q, j] += s * B[p, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _undivide(eps, B, S, W):
+    """Pass the bending moments on to numerator and denominator, and their curvature to W.
+
+    b = eta z^-1/2 has the second derivative z^-1/2 eta'' - b/(2 z) z'' - (b' z' + z' b')/(2 z)
+    + b/(4 z^2) z' z'.
+    """
+    for r in range(BENDING, SHEAR):
+        z = NORMAL + (r - BENDING) % 2
+        half = 0.5 / eps[z]
+        for j in range(21):
+            W[r, j] -= half * S[r] * B[z, j]
+            W[z, j] -= half * S[r] * (B[r, j] - half * eps[r] * B[z, j])
+        S[z] -= half * eps[r] * S[r]
+        S[r] /= np.sqrt(eps[z])
+
+
+@njit(cache=True, error_model="numpy")
+def _divide_rates(eps, rate, B, Bv):
+    """Rates of the gradients of bending, from those of numerator and denominator."""
+    for r in range(BENDING, SHEAR):
+        z = NORMAL + (r - BENDING) % 2
+        s, half = 1.0 / np.sqrt(eps[z]), 0.5 / eps[z]
+        a = half * (half * eps[r] * rate[z] - rate[r])
+        for j in range(21):
+            Bv[r, j] = s * Bv[r, j] - half * (eps[r] * Bv[z, j] + rate[z] * B[r, j]) + a * B[z, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _bend_points(X, V, S, damped, Bv, K):
+    """Add the second derivatives of u.n_k at the four points: times S to K, times V to Bv."""
+    Y, Yv, H, Hv = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 2, 3)), np.empty((2, 3))
+    for g in range(4):
+        for k in range(2):
+            row = POINT_ROW[g, k]
+            _point(X, g, k, Y)
+            _second(Y, H)
+            if damped:
+                _point(V, g, k, Yv)
+                for a in range(6):
+                    Hv[a // 3, a % 3] = 0.0
+                    for b in range(6):
+                        Hv[a // 3, a % 3] += H[a // 3, a % 3, b // 3, b % 3] * Yv[b // 3, b % 3]
+            for m in range(5):
+                M, P, w = _weight(g, k, m)
+                if damped:
+                    for i in range(3):
+                        Bv[row, M + i] += w * Hv[P, i]
+                for o in range(5):
+                    L, Q, x = _weight(g, k, o)
+                    if w * x != 0.0:
+                        for i in range(3):
+                            for j in range(3):
+                                K[M + i, L + j] += S[row] * w * x * H[P, i, Q, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _weight(g, k, m):
+    """The m-th of five vectors at a point: its place in X, whether in u or in d, its weight."""
+    if m < 3:
+        return 3 * AXIS[m], 0, AHEAD[g, m]
+    return 9 * (m - 3) + 6 + 3 * k, 1, ENDS[g, m - 3]
+
+
+@njit(cache=True, error_model="numpy")
+def _second(Y, H):
+    """Second derivatives (2, 3, 2, 3) of u.n in u and d."""
+    N, un = _normal(Y)
+    for i in range(3):
+        for j in range(3):
+            one = 1.0 if i == j else 0.0
+            ni, nj = Y[1, i] / N, Y[1, j] / N
+            H[0, i, 0, j] = 0.0
+            H[0, i, 1, j] = H[1, j, 0, i] = (one - ni * nj) / N
+            bent = Y[0, i] * nj + ni * Y[0, j]
+            H[1, i, 1, j] = (un * (3.0 * ni * nj - one) - bent) / (N * N)
+
+
+@njit(cache=True, error_model="numpy")
+def evaluate(q, v, ints, floats, strains, rates):
     """Strains and their rates (n_e, 18) of all elements."""
     X, V, B = np.empty(21), np.empty(21), np.empty((ROWS, 21))
     eps, rate = np.empty(ROWS), np.empty(ROWS)
-    for e in range(length.size):
-        _gather(q, start, e, length[e], X)
-        _gather(v, start, e, length[e], V)
+    for e in range(len(floats)):
+        _gather(q, ints, e, floats[e, 0], X)
+        _gather(v, ints, e, floats[e, 0], V)
         _strains(X, eps, B)
         _rates(B, V, rate)
         strains[e], rates[e] = eps[:STRAINS], rate[:STRAINS]
 
 
-@njit(cache=True)
-def add_force(q, v, coef, start, length, damping_time, out):
+@kernel(FORCE)
+def add_force(y, v, coef, ints, floats, out):
     """Add the sum over strains of stress times gradient to ``out``."""
     X, V, B = np.empty(21), np.empty(21), np.empty((ROWS, 21))
     eps, rate, f = np.empty(ROWS), np.empty(ROWS), np.empty(21)
-    for e in range(length.size):
-        _gather(q, start, e, length[e], X)
+    for e in range(len(floats)):
+        L, tau = floats[e, 0], floats[e, 1]
+        _gather(y, ints, e, L, X)
         _strains(X, eps, B)
         rate[:] = 0.0
-        if damping_time[e] > 0.0:
-            _gather(v, start, e, length[e], V)
+        if tau > 0.0:
+            _gather(v, ints, e, L, V)
             _rates(B, V, rate)
         f[:] = 0.0
         for r in range(STRAINS):
-            viscous = damping_time[e] * (rate[r] - coef[e, 2 * STRAINS + r])
+            viscous = tau * (rate[r] - coef[e, 2 * STRAINS + r])
             S = coef[e, r] * (eps[r] - coef[e, STRAINS + r] + viscous)
             for j in range(21):
                 f[j] += S * B[r, j]
-        a, b = start[e, 0], start[e, 1]
+        a, b = ints[e, 0], ints[e, 1]
         for i in range(3):
-            out[a + i] -= f[i] / length[e]
-            out[b + i] += f[i] / length[e]
+            out[a + i] -= f[i] / L
+            out[b + i] += f[i] / L
         for i in range(9):
             out[a + 3 + i] += f[3 + i]
             out[b + 3 + i] += f[12 + i]
 
 
-@njit(cache=True)
-def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
-    """Write cK df/dq + cC df/dv to ``blocks`` (n_e, 24, 24).
+@kernel(ENERGY)
+def add_energy(y, v, coef, ints, floats, out):
+    """Add elastic energy, and powers lost in damping and done by it on changing free strains."""
+    strains = np.empty((len(floats), STRAINS))
+    rates = np.empty((len(floats), STRAINS))
+    evaluate(y, v, ints, floats, strains, rates)
+    for e in range(len(floats)):
+        for r in range(STRAINS):
+            stiffness, free, heated = coef[e, r], coef[e, STRAINS + r], coef[e, 2 * STRAINS + r]
+            viscous = floats[e, 1] * stiffness * (rates[e, r] - heated)
+            out[0] += 0.5 * stiffness * (strains[e, r] - free) ** 2
+            out[1] += viscous * (rates[e, r] - heated)
+            out[2] += viscous * heated
+
+
+@kernel(TANGENT)
+def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
+    """Add cK df/dq + cC df/dv to ``data``.
 
     f = sum S B with S = D (eps - free + tau B.v); hence df/dq = sum D B (B + tau dB/dt)^T + S dB/dq
     and df/dv = sum D tau B B^T. Rows of W hold the second factors of the outer products.
@@ -155,13 +366,13 @@ def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
     X, V, K = np.empty(21), np.zeros(21), np.empty((21, 21))
     B, Bv, W = np.empty((ROWS, 21)), np.zeros((ROWS, 21)), np.empty((ROWS, 21))
     eps, rate, S = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
-    for e in range(length.size):
-        L, tau = length[e], damping_time[e]
-        _gather(q, start, e, L, X)
+    for e in range(len(floats)):
+        L, tau = floats[e, 0], floats[e, 1]
+        _gather(y, ints, e, L, X)
         _strains(X, eps, B)
         rate[:] = 0.0
         if tau > 0.0:
-            _gather(v, start, e, L, V)
+            _gather(v, ints, e, L, V)
             _rates(B, V, rate)
             _products(V, Bv)
         S[:], W[:], K[:] = 0.0, 0.0, 0.0
@@ -197,198 +408,4 @@ def tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
             for j in range(24):
                 sj = -1.0 / L if j < 3 else (1.0 / L if 12 <= j < 15 else 1.0)
                 k = K[3 * NODAL[i // 3] + i % 3, 3 * NODAL[j // 3] + j % 3]
-                blocks[e, i, j] = si * sj * k
-
-
-@njit(cache=True)
-def _gather(q, start, e, L, X):
-    """The seven vectors of an element, flat (21,)."""
-    a, b = start[e, 0], start[e, 1]
-    for i in range(3):
-        X[i] = (q[b + i] - q[a + i]) / L
-    for i in range(9):
-        X[3 + i] = q[a + 3 + i]
-        X[12 + i] = q[b + 3 + i]
-
-
-@njit(cache=True)
-def _strains(X, eps, B):
-    """Strains (22,) and their gradients (22, 21) with respect to X."""
-    Y = np.empty((2, 3))
-    _products(X, B)
-    eps[:] = 0.0
-    for m in range(FACTOR.size):
-        j, k = 3 * LEFT[m], 3 * RIGHT[m]
-        dot = X[j] * X[k] + X[j + 1] * X[k + 1] + X[j + 2] * X[k + 2]
-        eps[ROW[m]] += FACTOR[m] * dot
-    for g in range(4):
-        for k in range(2):
-            _point(X, g, k, Y)
-            N, un = _normal(Y)
-            row = POINT_ROW[g, k]
-            eps[row] = un
-            for i in range(3):
-                n = Y[1, i] / N
-                for m in range(3):
-                    B[row, 3 * AXIS[m] + i] += AHEAD[g, m] * n
-                for m in range(2):
-                    B[row, 9 * m + 6 + 3 * k + i] += ENDS[g, m] * (Y[0, i] - un * n) / N
-    eps[ONE] = 1.0
-    _mix(eps, B, SWEEP[0], SWEEP[1])
-    for r in range(BENDING, SHEAR):
-        z = NORMAL + (r - BENDING) % 2
-        s = 1.0 / np.sqrt(eps[z])
-        eps[r] *= s
-        for j in range(21):
-            B[r, j] = s * B[r, j] - 0.5 * eps[r] / eps[z] * B[z, j]
-    _mix(eps, B, SWEEP[1], SWEEP[2])
-
-
-@njit(cache=True)
-def _rates(B, V, rate):
-    for r in range(ROWS):
-        rate[r] = 0.0
-        for j in range(21):
-            rate[r] += B[r, j] * V[j]
-
-
-@njit(cache=True)
-def _products(X, B):
-    """Gradients (22, 21) of the sums of products of vectors; linear in X."""
-    B[:] = 0.0
-    for m in range(FACTOR.size):
-        for i in range(3):
-            j, k = 3 * LEFT[m] + i, 3 * RIGHT[m] + i
-            B[ROW[m], j] += FACTOR[m] * X[k]
-            B[ROW[m], k] += FACTOR[m] * X[j]
-
-
-@njit(cache=True)
-def _point(X, g, k, Y):
-    """u and d_k (2, 3) at point g."""
-    for i in range(3):
-        Y[0, i] = AHEAD[g, 0] * X[i] + AHEAD[g, 1] * X[3 + i] + AHEAD[g, 2] * X[12 + i]
-        Y[1, i] = ENDS[g, 0] * X[6 + 3 * k + i] + ENDS[g, 1] * X[15 + 3 * k + i]
-
-
-@njit(cache=True)
-def _normal(Y):
-    """|d| and u.n."""
-    dd, ud = 0.0, 0.0
-    for i in range(3):
-        dd += Y[1, i] * Y[1, i]
-        ud += Y[0, i] * Y[1, i]
-    N = np.sqrt(dd)
-    return N, ud / N
-
-
-@njit(cache=True)
-def _mix(eps, B, first, end):
-    """Add products of strains to strains and their gradients."""
-    for m in range(first, end):
-        r, p, q = MIX_ROW[m], MIX_P[m], MIX_Q[m]
-        a, b = MIX_FACTOR[m] * eps[p], MIX_FACTOR[m] * eps[q]
-        eps[r] += a * eps[q]
-        for j in range(21):
-            B[r, j] += a * B[q, j] + b * B[p, j]
-
-
-@njit(cache=True)
-def _mix_rates(eps, rate, B, Bv, first, end):
-    """Add the rates of the same gradients to Bv."""
-    for m in range(first, end):
-        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
-        a, b, c, d = f * eps[p], f * eps[q], f * rate[p], f * rate[q]
-        for j in range(21):
-            Bv[r, j] += a * Bv[q, j] + b * Bv[p, j] + c * B[q, j] + d * B[p, j]
-
-
-@njit(cache=True)
-def _unmix(eps, B, S, W, first, end):
-    """Pass the stresses of the products on to their factors, and their curvature to W."""
-    for m in range(first, end):
-        p, q = MIX_P[m], MIX_Q[m]
-        s = S[MIX_ROW[m]] * MIX_FACTOR[m]
-        S[p] += s * eps[q]
-        S[q] += s * eps[p]
-        for j in range(21):
-            W[p, j] += s * B[q, j]
-            W[q, j] += s * B[p, j]
-
-
-@njit(cache=True)
-def _undivide(eps, B, S, W):
-    """Pass the bending moments on to numerator and denominator, and their curvature to W.
-
-    b = eta z^-1/2 has the second derivative z^-1/2 eta'' - b/(2 z) z'' - (b' z' + z' b')/(2 z)
-    + b/(4 z^2) z' z'.
-    """
-    for r in range(BENDING, SHEAR):
-        z = NORMAL + (r - BENDING) % 2
-        half = 0.5 / eps[z]
-        for j in range(21):
-            W[r, j] -= half * S[r] * B[z, j]
-            W[z, j] -= half * S[r] * (B[r, j] - half * eps[r] * B[z, j])
-        S[z] -= half * eps[r] * S[r]
-        S[r] /= np.sqrt(eps[z])
-
-
-@njit(cache=True)
-def _divide_rates(eps, rate, B, Bv):
-    """Rates of the gradients of bending, from those of numerator and denominator."""
-    for r in range(BENDING, SHEAR):
-        z = NORMAL + (r - BENDING) % 2
-        s, half = 1.0 / np.sqrt(eps[z]), 0.5 / eps[z]
-        a = half * (half * eps[r] * rate[z] - rate[r])
-        for j in range(21):
-            Bv[r, j] = s * Bv[r, j] - half * (eps[r] * Bv[z, j] + rate[z] * B[r, j]) + a * B[z, j]
-
-
-@njit(cache=True)
-def _bend_points(X, V, S, damped, Bv, K):
-    """Add the second derivatives of u.n_k at the four points: times S to K, times V to Bv."""
-    Y, Yv, H, Hv = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 2, 3)), np.empty((2, 3))
-    for g in range(4):
-        for k in range(2):
-            row = POINT_ROW[g, k]
-            _point(X, g, k, Y)
-            _second(Y, H)
-            if damped:
-                _point(V, g, k, Yv)
-                for a in range(6):
-                    Hv[a // 3, a % 3] = 0.0
-                    for b in range(6):
-                        Hv[a // 3, a % 3] += H[a // 3, a % 3, b // 3, b % 3] * Yv[b // 3, b % 3]
-            for m in range(5):
-                M, P, w = _weight(g, k, m)
-                if damped:
-                    for i in range(3):
-                        Bv[row, M + i] += w * Hv[P, i]
-                for o in range(5):
-                    L, Q, x = _weight(g, k, o)
-                    if w * x != 0.0:
-                        for i in range(3):
-                            for j in range(3):
-                                K[M + i, L + j] += S[row] * w * x * H[P, i, Q, j]
-
-
-@njit(cache=True)
-def _weight(g, k, m):
-    """The m-th of five vectors at a point: its place in X, whether in u or in d, its weight."""
-    if m < 3:
-        return 3 * AXIS[m], 0, AHEAD[g, m]
-    return 9 * (m - 3) + 6 + 3 * k, 1, ENDS[g, m - 3]
-
-
-@njit(cache=True)
-def _second(Y, H):
-    """Second derivatives (2, 3, 2, 3) of u.n in u and d."""
-    N, un = _normal(Y)
-    for i in range(3):
-        for j in range(3):
-            one = 1.0 if i == j else 0.0
-            ni, nj = Y[1, i] / N, Y[1, j] / N
-            H[0, i, 0, j] = 0.0
-            H[0, i, 1, j] = H[1, j, 0, i] = (one - ni * nj) / N
-            bent = Y[0, i] * nj + ni * Y[0, j]
-            H[1, i, 1, j] = (un * (3.0 * ni * nj - one) - bent) / (N * N)
+                data[slots[e, 24 * i + j]] += si * sj * k
