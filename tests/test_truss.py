@@ -1,0 +1,99 @@
+"""The ring truss: its counts, its shape, and that it stands."""
+
+import numpy as np
+import pytest
+
+from meshes.truss import LEVELS, ring_truss
+
+
+def test_counts_of_level_3():
+    truss = ring_truss(elements=LEVELS[3])
+    kinds = [m.kind for m in truss.members]
+    assert {k: kinds.count(k) for k in set(kinds)} == dict.fromkeys(
+        ("chord_low", "chord_up", "batten", "diagonal"), 36
+    )
+    turning = sum(h.axis is not None for h in truss.hinges)
+    assert (turning, len(truss.hinges) - turning) == (144, 72)
+    assert (truss.elements, truss.nodes, 12 * truss.nodes) == (1296, 1440, 17280)
+    assert len(truss.corners) == 72
+    # 5 multipliers of a revolute, 3 of a spherical hinge, 6 of the support
+    assert 5 * turning + 3 * (len(truss.hinges) - turning) + 6 == 942
+
+
+@pytest.mark.parametrize(("level", "dof"), [(1, 6912), (2, 10368), (3, 17280), (4, 31104)])
+def test_levels_double_the_elements_of_the_spans(level, dof):
+    truss = ring_truss(elements=LEVELS[level])
+    assert 12 * truss.nodes == dof
+    lengths = np.linalg.norm(np.diff(truss.members[0].points, axis=0), axis=1)
+    assert lengths[0] == pytest.approx(0.3)
+    assert len(lengths) == 2**level + 1
+    assert np.ptp(lengths[1:]) < 1e-12
+
+
+@pytest.mark.parametrize("bays", [5, 36])
+def test_hinged_ends_are_where_their_posts_end(bays):
+    truss = ring_truss(bays, 20.0, 3.0, 2, 0.1)
+    at = {m.name: {"start": m.points[0], "end": m.points[-1]} for m in truss.members}
+    for hinge in truss.hinges:
+        gap = at[hinge.a][hinge.at] - at[hinge.base][hinge.base_at]
+        assert np.abs(gap).max() < 1e-14
+        if hinge.axis is not None:
+            along = at[hinge.a]["end"] - at[hinge.a]["start"]
+            assert abs(along @ hinge.axis) < 1e-12
+            assert np.linalg.norm(hinge.axis) == pytest.approx(1.0)
+    for k in range(bays):
+        assert np.linalg.norm(at[f"batten_{k:0{len(str(bays - 1))}d}"]["end"][:2]) == (
+            pytest.approx(10.0)
+        )
+
+
+def test_each_end_of_chords_and_diagonals_is_hinged_once():
+    truss = ring_truss()
+    ends = sorted((h.a, h.at) for h in truss.hinges)
+    expected = sorted(
+        (m.name, at) for m in truss.members if m.kind != "batten" for at in ("start", "end")
+    )
+    assert ends == expected
+
+
+@pytest.mark.parametrize(
+    ("numbers", "said"),
+    [({"bays": 2}, "at least 3 bays"), ({"fitting": 9.0}, "fitting must be between")],
+)
+def test_impossible_numbers_are_refused(numbers, said):
+    with pytest.raises(ValueError, match=said):
+        ring_truss(**numbers)
+
+
+def _rigid_motions(truss):
+    """Number of independent small motions of the hinged members, taken as rigid."""
+    column = {m.name: 6 * i for i, m in enumerate(truss.members)}
+    at = {m.name: {"start": m.points[0], "end": m.points[-1]} for m in truss.members}
+    rows = []
+    for hinge in truss.hinges:
+        point = at[hinge.a][hinge.at]
+        cross = np.cross(np.eye(3), point)  # row i of it times the rotation: component i at point
+        block = np.zeros((6, 6 * len(truss.members)))
+        for name, sign in ((hinge.a, 1.0), (hinge.base, -1.0)):
+            block[:3, column[name] : column[name] + 3] += sign * np.eye(3)
+            block[:3, column[name] + 3 : column[name] + 6] += sign * -cross
+            block[3:, column[name] + 3 : column[name] + 6] += sign * np.eye(3)
+        if hinge.axis is None:
+            rows.append(block[:3])
+        else:
+            across = np.linalg.svd(hinge.axis[None])[2][1:]
+            rows += [block[:3], across @ block[3:]]
+    jacobian = np.concatenate(rows)
+    return jacobian.shape[1] - np.linalg.matrix_rank(jacobian, tol=1e-9)
+
+
+@pytest.mark.parametrize("bays", [3, 7, 36])
+def test_it_moves_only_as_a_whole(bays):
+    assert _rigid_motions(ring_truss(bays, 20.0, 3.0, 1, 0.0)) == 6
+
+
+def test_without_its_diagonals_it_folds():
+    truss = ring_truss(7, 20.0, 3.0, 1, 0.0)
+    keep = [h for h in truss.hinges if not h.a.startswith("diagonal")]
+    members = [m for m in truss.members if m.kind != "diagonal"]
+    assert _rigid_motions(truss._replace(hinges=keep, members=members)) > 6
