@@ -19,7 +19,7 @@ stretches, and unchanged by a uniform expansion.
   of kappa in the damping below the angle ``DAMPED`` per element.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 
 from mechanics import line_elements as line
 from mechanics.description import Beam
+from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
+from mechanics.layout import Layout
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 ROUNDING = 0.01
 """Curvature, relative to that of the reference, below which the kink at zero is rounded [-]."""
@@ -49,7 +50,7 @@ NODAL = np.array([0, 1, 0, 2], dtype=np.intp)
 
 
 class Cable:
-    """All elements of this family in a scene.
+    """All elements of this family in a scene: a term, see ``mechanics.kernels``.
 
     Attributes
     ----------
@@ -57,26 +58,31 @@ class Cable:
     dofs : (n_e, 12) intp
     nodes : (n_e, 2) intp  rows of the section temperatures
     length : (n_e,) float [m]  arc length in the reference configuration
-    damping_time : (n_e,) float [s]
+    ints : (n_e, 2) int64  first coordinate of both nodes
+    floats : (n_e, 2) float  length [m], damping time [s]
     """
 
-    def __init__(self, beams: Sequence[Beam], node_dofs, point_index):
+    name, symmetric = "cable", True
+
+    def __init__(self, beams: Sequence[Beam], layout: Layout):
         self.names = [str(name) for name in line.per_element(beams, [b.name for b in beams])]
-        self._start = line.pairs([node_dofs[b.name] for b in beams]).astype(np.intp)
-        self.dofs = (self._start[:, :, None] + np.arange(6)).reshape(-1, 12)
-        self.nodes = line.pairs([point_index[b.name] for b in beams])
-        self.damping_time = line.per_element(beams, [float(b.damping_time) for b in beams])
+        self.ints = line.pairs([layout.node_dofs[b.name] for b in beams]).astype(np.int64)
+        self.dofs = (self.ints[:, :, None] + np.arange(6)).reshape(-1, 12).astype(np.intp)
+        self.nodes = line.pairs([layout.point_index[b.name] for b in beams])
         self._unheated = line.per_element(beams, [float(b.reference_temperature) for b in beams])
         self._groups = line.groups(beams)
         self._area = line.per_element(beams, [b.section.area for b in beams])
         self._moment = line.per_element(beams, [_second_moment(b) for b in beams])
         self._density = line.per_element(beams, [b.material.density for b in beams])
-        reference = line.pairs([coordinates(b) for b in beams]).reshape(-1, 2, 2, 3)
-        r, r_x = reference[:, :, 0], reference[:, :, 1]
+        r, r_x = np.moveaxis(layout.q0[self.dofs].reshape(-1, 2, 2, 3), 2, 0)
         self.length = line.arc_lengths(r, r_x)
+        tau = line.per_element(beams, [float(b.damping_time) for b in beams])
+        self.floats = np.column_stack([self.length, tau])
         self._slack = line.membrane_slack(self._area, self._moment, self.length)
         self._axial = line.half_square(line.tangents(r, r_x, self.length))
-        self._turning = _reference_turning(reference, self.length)
+        self._turning = self._reference_turning(layout.q0)
+        self.signals: list = []
+        self.force, self.tangent, self.energy = add_force, add_tangent, add_energies
 
     def coefficients(self, T: Array) -> Array:
         """Stiffnesses (5), free axial strains (3), free turning (2), rates of the free axial
@@ -99,36 +105,14 @@ class Cable:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
         return line.with_rates(c0, c1, h, slice(5, 8), slice(10, 13))
 
-    def force(self, q: Array, v: Array, coef: Array, out: Array) -> None:
-        """Add elastic and damping forces to ``out``."""
-        _force(q, v, coef, self._start, self.length, self.damping_time, out)
-
-    def tangent(self, q, v, coef, cK: float, cC: float, blocks: Array) -> None:
-        """Write cK df/dq + cC df/dv to ``blocks`` (n_e, 12, 12)."""
-        _tangent(q, v, coef, self._start, self.length, self.damping_time, cK, cC, blocks)
-
-    def energy(self, q: Array, coef: Array) -> float:
-        """Elastic energy [J]."""
-        strains, _ = self._strains(q, np.zeros_like(q))
-        excess = np.hstack([strains[:, :3] - coef[:, 5:8], _turning_excess(strains, coef)])
-        return 0.5 * float(np.sum(coef[:, :STRAINS] * excess**2))
-
-    def damping(self, q: Array, v: Array, coef: Array) -> tuple[float, float]:
-        """Powers [W] lost in structural damping, and done by it on the changing free strains."""
-        strains, rates = self._strains(q, v)
-        rates[:, 3:] /= np.sqrt(2.0 * strains[:, 3:] + DAMPED**2)
-        rates[:, :3] -= coef[:, 10:]
-        stress = self.damping_time[:, None] * coef[:, :STRAINS] * rates
-        return float(np.sum(stress * rates)), float(np.sum(stress[:, :3] * coef[:, 10:]))
-
-    def resultants(self, q: Array, v: Array, coef: Array) -> Array:
+    def resultants(self, y: Array, v: Array, coef: Array) -> Array:
         """Section resultants, (n_e, 6) [N, N m]: tension N in column 0, moment in column 4.
 
         Means over the element, damping included in N. The moment is a magnitude: a cable does
         not know its section's directions.
         """
-        strains, rates = self._strains(q, v)
-        mean = strains[:, 0] - coef[:, 5] + self.damping_time * (rates[:, 0] - coef[:, 10])
+        strains, rates = self._strains(y, v)
+        mean = strains[:, 0] - coef[:, 5] + self.floats[:, 1] * (rates[:, 0] - coef[:, 10])
         resultants = np.zeros((len(self.names), 6))
         resultants[:, 0] = coef[:, 0] * mean / self.length
         resultants[:, 4] = np.abs(np.sum(coef[:, 3:5] * _turning_excess(strains, coef), axis=1))
@@ -139,29 +123,21 @@ class Cable:
         scalar = line.hermite_mass(self.length) * (self._density * self._area)[:, None, None]
         return line.in_space(scalar)
 
-    def _strains(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Axial strains and half squares of the turning L kappa, and their rates: (n_e, 5) both."""
+    def _strains(self, y: Array, v: Array) -> tuple[Array, Array]:
+        """Strains and their rates, both (n_e, 5)."""
         strains, rates = np.empty((2, len(self.names), STRAINS))
-        _evaluate(q, v, self._start, self.length, strains, rates)
+        _evaluate(y, v, self.ints, self.floats, strains, rates)
         return strains, rates
 
-
-def build(
-    beams: Sequence[Beam], node_dofs: Mapping[str, Indices], point_index: Mapping[str, Indices]
-) -> Cable:
-    """One term for all ``beams``.
-
-    Parameters
-    ----------
-    node_dofs : (n,) of each body  first global coordinate of each node
-    point_index : (n,) of each body  row of each node in the section temperatures
-    """
-    return Cable(beams, node_dofs, point_index)
+    def _reference_turning(self, q0: Array) -> Array:
+        """(n_e, 2) L kappa at the bending points; straight to round-off counts as straight."""
+        turning = np.sqrt(2.0 * self._strains(q0, np.zeros_like(q0))[0][:, 3:])
+        return np.where(turning > 1e-10, turning, 0.0)
 
 
-def coordinates(beam: Beam) -> Array:
-    """(n, 6) reference coordinates r, r_x = e1 of each node."""
-    return np.hstack([beam.points, np.asarray(beam.axes)[:, 0]])
+def build(beams: Sequence[Beam], layout: Layout) -> Cable:
+    """One term for all ``beams``."""
+    return Cable(beams, layout)
 
 
 def _second_moment(beam: Beam) -> float:
@@ -174,17 +150,6 @@ def _second_moment(beam: Beam) -> float:
     return I2
 
 
-def _reference_turning(reference: Array, length: Array) -> Array:
-    """(n_e, 2) L kappa at the bending points; what is straight to round-off counts as straight."""
-    n = len(reference)
-    start = 12 * np.arange(n)[:, None] + np.array([0, 6])
-    strains, rates = np.empty((2, n, STRAINS))
-    q = reference.ravel()
-    _evaluate(q, np.zeros_like(q), start, length, strains, rates)
-    turning = np.sqrt(2.0 * strains[:, 3:])
-    return np.where(turning > 1e-10, turning, 0.0)
-
-
 def _turning_excess(strains: Array, coef: Array) -> Array:
     """(n_e, 2) rounded L (kappa - kappa_ref)."""
     free = coef[:, 8:10]
@@ -192,16 +157,16 @@ def _turning_excess(strains: Array, coef: Array) -> Array:
     return np.sqrt(2.0 * strains[:, 3:] + rounding) - np.sqrt(free**2 + rounding)
 
 
-@njit(cache=True)
-def _gather(q, start, e, L, X):
-    a, b = start[e, 0], start[e, 1]
+@njit(cache=True, error_model="numpy")
+def _gather(y, start, L, X):
+    a, b = start[0], start[1]
     for i in range(3):
-        X[0, i] = (q[b + i] - q[a + i]) / L
-        X[1, i] = q[a + 3 + i]
-        X[2, i] = q[b + 3 + i]
+        X[0, i] = (y[b + i] - y[a + i]) / L
+        X[1, i] = y[a + 3 + i]
+        X[2, i] = y[b + 3 + i]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _axial(X, B):
     """Gradients (3, 3, 3) of the axial strains, linear in X."""
     B[:3] = 0.0
@@ -212,7 +177,7 @@ def _axial(X, B):
                     B[k, i, x] += FORM[k, i, j] * X[j, x]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _point(X, g, Y):
     """u = L r'' and t = r' at bending point g; returns t.t, u.t/t.t and |u - (u.t/t.t) t|^2."""
     Y[:] = 0.0
@@ -229,7 +194,7 @@ def _point(X, g, Y):
     return tt, s, square
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _strains(X, Y, eps, B):
     """Strains (5,), the last two half (L kappa)^2, and their gradients (5, 3, 3)."""
     _axial(X, B)
@@ -248,7 +213,7 @@ def _strains(X, Y, eps, B):
                 B[3 + g, j, x] = POINT[g, 0, j] * gu + POINT[g, 1, j] * gt
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _rates(B, V, rate):
     for k in range(STRAINS):
         rate[k] = 0.0
@@ -257,17 +222,17 @@ def _rates(B, V, rate):
                 rate[k] += B[k, j, x] * V[j, x]
 
 
-@njit(cache=True)
-def _evaluate(q, v, start, length, strains, rates):
+@njit(cache=True, error_model="numpy")
+def _evaluate(y, v, ints, floats, strains, rates):
     X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
-    for e in range(length.size):
-        _gather(q, start, e, length[e], X)
-        _gather(v, start, e, length[e], V)
+    for e in range(len(ints)):
+        _gather(y, ints[e], floats[e, 0], X)
+        _gather(v, ints[e], floats[e, 0], V)
         _strains(X, Y, strains[e], B)
         _rates(B, V, rates[e])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _stress(c, tau, eps, rate, S, slope, viscous):
     """Stresses S (5,) and their derivatives with respect to the strains and to their rates."""
     for k in range(3):
@@ -287,27 +252,50 @@ def _stress(c, tau, eps, rate, S, slope, viscous):
         slope[k] -= 2.0 * viscous[k] * rate[k] / d
 
 
-@njit(cache=True)
-def _force(q, v, coef, start, length, damping_time, out):
+@kernel(FORCE)
+def add_force(y, v, coef, ints, floats, out):
     X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
     eps, rate, S = np.empty(STRAINS), np.empty(STRAINS), np.empty(STRAINS)
     slope, viscous = np.empty(STRAINS), np.empty(STRAINS)
-    for e in range(length.size):
-        _gather(q, start, e, length[e], X)
-        _gather(v, start, e, length[e], V)
+    for e in range(len(ints)):
+        L = floats[e, 0]
+        _gather(y, ints[e], L, X)
+        _gather(v, ints[e], L, V)
         _strains(X, Y, eps, B)
         _rates(B, V, rate)
-        _stress(coef[e], damping_time[e], eps, rate, S, slope, viscous)
-        a, b = start[e, 0], start[e, 1]
+        _stress(coef[e], floats[e, 1], eps, rate, S, slope, viscous)
+        a, b = ints[e, 0], ints[e, 1]
         for k in range(STRAINS):
             for x in range(3):
-                out[a + x] -= S[k] * B[k, 0, x] / length[e]
-                out[b + x] += S[k] * B[k, 0, x] / length[e]
+                out[a + x] -= S[k] * B[k, 0, x] / L
+                out[b + x] += S[k] * B[k, 0, x] / L
                 out[a + 3 + x] += S[k] * B[k, 1, x]
                 out[b + 3 + x] += S[k] * B[k, 2, x]
 
 
-@njit(cache=True)
+@kernel(ENERGY)
+def add_energies(y, v, coef, ints, floats, out):
+    X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
+    eps, rate = np.empty(STRAINS), np.empty(STRAINS)
+    for e in range(len(ints)):
+        _gather(y, ints[e], floats[e, 0], X)
+        _gather(v, ints[e], floats[e, 0], V)
+        _strains(X, Y, eps, B)
+        _rates(B, V, rate)
+        c, tau = coef[e], floats[e, 1]
+        for k in range(3):
+            excess = rate[k] - c[10 + k]
+            out[0] += 0.5 * c[k] * (eps[k] - c[5 + k]) ** 2
+            out[1] += tau * c[k] * excess * excess
+            out[2] += tau * c[k] * excess * c[10 + k]
+        for k in range(3, 5):
+            free, rounding = c[5 + k], (ROUNDING * c[5 + k]) ** 2
+            turned = np.sqrt(2.0 * eps[k] + rounding) - np.sqrt(free * free + rounding)
+            out[0] += 0.5 * c[k] * turned * turned
+            out[1] += tau * c[k] * rate[k] ** 2 / (2.0 * eps[k] + DAMPED**2)
+
+
+@njit(cache=True, error_model="numpy")
 def _hessian(Y, tt, s, square, H):
     """Second derivatives (2, 3, 2, 3) of half (L kappa)^2 in u and t."""
     for i in range(3):
@@ -323,7 +311,7 @@ def _hessian(Y, tt, s, square, H):
             H[1, i, 1, j] = tt_ij / (tt * tt)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _second(X, Y, H, D):
     """Second derivatives (5, 9, 9) of the strains."""
     for k in range(3):
@@ -342,19 +330,19 @@ def _second(X, Y, H, D):
                         D[3 + g, a, b] += w * H[k, a % 3, m, b % 3]
 
 
-@njit(cache=True)
-def _tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
+@kernel(TANGENT)
+def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     X, V, Y, B = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3)), np.empty((STRAINS, 3, 3))
     eps, rate, S = np.empty(STRAINS), np.empty(STRAINS), np.empty(STRAINS)
     slope, viscous = np.empty(STRAINS), np.empty(STRAINS)
     H, D, K = np.empty((2, 3, 2, 3)), np.empty((STRAINS, 9, 9)), np.empty((9, 9))
-    for e in range(length.size):
-        L = length[e]
-        _gather(q, start, e, L, X)
-        _gather(v, start, e, L, V)
+    for e in range(len(ints)):
+        L = floats[e, 0]
+        _gather(y, ints[e], L, X)
+        _gather(v, ints[e], L, V)
         _strains(X, Y, eps, B)
         _rates(B, V, rate)
-        _stress(coef[e], damping_time[e], eps, rate, S, slope, viscous)
+        _stress(coef[e], floats[e, 1], eps, rate, S, slope, viscous)
         _second(X, Y, H, D)
         K[:] = 0.0
         for k in range(STRAINS):
@@ -371,4 +359,4 @@ def _tangent(q, v, coef, start, length, damping_time, cK, cC, blocks):
             for j in range(12):
                 sj = 1.0 if j // 3 % 2 else (-1.0 / L if j < 3 else 1.0 / L)
                 k = K[3 * NODAL[i // 3] + i % 3, 3 * NODAL[j // 3] + j % 3]
-                blocks[e, i, j] = si * sj * k
+                data[slots[e, 12 * i + j]] += si * sj * k
