@@ -338,6 +338,23 @@ class Guide:
 
 
 @dataclass(frozen=True)
+class Fixing:
+    """A vector of a node keeps its reference value along fixed directions.
+
+    For planes of symmetry and clamped slopes, most of all of shells.
+
+    vector : its name in ``mechanics.elements.FAMILIES``, or "position"
+    directions : (k, 3) float  rows, unit vectors
+    """
+
+    name: str
+    body: str
+    node: int
+    vector: str
+    directions: Array
+
+
+@dataclass(frozen=True)
 class NormalContact:
     """Normal law of a clearance joint.
 
@@ -432,7 +449,7 @@ class Torque:
 Body = Beam | Particle | RigidBody | Shell
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
-    | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing | ClearanceRevolute
+    | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing | ClearanceRevolute
 )  # fmt: skip
 Load = Force | Moment | Torque
 

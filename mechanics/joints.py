@@ -1,250 +1,157 @@
-"""Joints as scalar constraint rows Φ(q, t) = 0.
+"""Joints as scalar constraint rows Φ(q, t) = 0, and the terms that they make.
 
 Rows are of three kinds: an offset (r_A − r_B)·w − constant, a product of directions u·w, a
 distance (|r_A − r_B|² − d²)/(2d). The multiplier of an offset or distance is a force [N], that of
 a product a moment [N m]; M a + f + Φ_qᵀ λ = 0, so −λ acts on the first end along w.
+
+A hinge to whose turn something refers has that turn φ as a coordinate, tied by
+c sin φ − s cos φ = 0 with the cosine c and sine s of the turn of its ends: smooth over any number
+of turns. A slide has its travel in the same way.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanics.constraints import NOTHING, Constraints, Linear, Product, Row, terms
 from mechanics.description import (
     Clamp,
     ClearanceRevolute,
+    Cylindrical,
     Distance,
+    Fixing,
+    Gear,
     Guide,
     History,
     Joint,
+    Latch,
+    Planar,
+    Prismatic,
     Revolute,
     Site,
     Spherical,
+    TorsionSpring,
+    Universal,
 )
-from mechanics.layout import BEAM, CABLE, FIXED, PARTICLE, Layout, Side
-from mechanics.relative import DIRECTION, DISTANCE, OFFSET, Terms, evaluate
+from mechanics.directions import (
+    ALIGNED,
+    direction,
+    fixed,
+    normal_to,
+    only_direction,
+    origin,
+    section_axes,
+    unit,
+    unit_direction,
+)
+from mechanics.layout import TRAVEL, TURN, Layout, Side, family_of
+from mechanics.relative import DIRECTION, DISTANCE, OFFSET
+
+__all__ = ["build", "direction", "fixed", "normal_to", "origin", "unit", "unit_direction"]
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+Rows = list[Row | Linear]
 
-_NOTHING = np.zeros(7)
-_NO_BENDS = np.empty((0, 18, 18))
-_ALIGNED = 1e-9  # sine or cosine below which two reference directions count as aligned
 _APART = 1e-6  # distance over body size above which two points do not coincide
+_SQUARE = 1e-6  # cosine above which two axes are not at right angles
 
 
-class Product(NamedTuple):
-    """One term of a row: ``weight`` times a·w; see ``mechanics.relative`` for u and w."""
+def build(joints: Sequence[Joint], layout: Layout, first_row: int) -> list[Constraints]:
+    """Terms of all joints; their multipliers have indices from ``first_row`` on, term by term.
 
-    kind: int
-    u: Array
-    w: Array
-    weight: float = 1.0
-
-
-class Drive(NamedTuple):
-    """w turns by angle(t): cos(angle) w − sin(angle) ``sine``."""
-
-    angle: History
-    sine: Array
-
-
-class Row(NamedTuple):
-    """One equation between two ends: a sum of products, of which a drive turns the first."""
-
-    a: Side
-    b: Side
-    products: tuple[Product, ...]
-    drive: Drive | None = None
-
-
-@dataclass(frozen=True)
-class Constraints:
-    """All rows of a system.
-
-    Attributes
-    ----------
-    names : joint of each row
-    dofs : (m, 18) int  coordinates of the row; -1 where absent
-    driven : (m,) bool  rows that depend on time
-    scale : (m,) float [m] or [1]  size of the row's value: body length or 1 for directions
+    A joint that cannot be made is a ``ValueError`` with its name.
     """
-
-    names: tuple[str, ...]
-    dofs: Indices
-    driven: NDArray[np.bool_]
-    scale: Array
-    terms: Terms
-    constant: Array
-    drives: tuple[tuple[int, Drive], ...]
-
-    def values(self, q: Array, t: float) -> Array:
-        """(m,) float [m] or [1]  Φ; zero in the reference when the drives are at angle zero."""
-        return self._evaluate(q, t, np.zeros(self.dofs.shape))
-
-    def jacobian(self, q: Array, t: float, blocks: Array) -> None:
-        """Overwrite ``blocks`` (m, 18) with ∂Φ/∂q; zeros where a coordinate is absent."""
-        blocks[:] = 0.0
-        self._evaluate(q, t, blocks)
-
-    def add_force(self, q: Array, t: float, lam: Array, out: Array) -> Array:
-        """out += Φ_qᵀ λ for multipliers ``lam`` (m,); returns Φ (m,), evaluated on the way."""
-        blocks = np.zeros(self.dofs.shape)
-        values = self._evaluate(q, t, blocks)
-        present = self.dofs >= 0
-        np.add.at(out, self.dofs[present], (blocks * lam[:, None])[present])
-        return values
-
-    def hessian(self, q: Array, t: float, lam: Array, cK: float, blocks: Array) -> None:
-        """Overwrite ``blocks`` (m, 18, 18) with cK λ_i ∂²Φ_i/∂q².
-
-        Entries of absent coordinates mean nothing and are to be dropped.
-        """
-        blocks[:] = 0.0
-        terms = self._at(t)
-        weighted = terms._replace(weight=cK * terms.weight * lam[terms.row])
-        evaluate(*weighted, q, np.zeros(len(lam)), np.zeros(self.dofs.shape), blocks)
-
-    def _at(self, t: float) -> Terms:
-        if not self.drives:
-            return self.terms
-        w = self.terms.w.copy()
-        for term, drive in self.drives:
-            angle = drive.angle(t)
-            w[term] = np.cos(angle) * w[term] - np.sin(angle) * drive.sine
-        return self.terms._replace(w=w)
-
-    def _evaluate(self, q: Array, t: float, blocks: Array) -> Array:
-        values = -self.constant
-        evaluate(*self._at(t), q, values, blocks, _NO_BENDS)
-        return values
-
-
-def build(joints: Sequence[Joint], layout: Layout) -> Constraints:
-    """Rows of all joints; a joint that cannot be made is a ``ValueError`` with its name."""
-    names, rows = [], []
+    rows = []
     for joint in joints:
-        try:
-            made = _MAKERS[type(joint)](joint, layout)
-        except ValueError as problem:
-            raise ValueError(f"joint {joint.name!r}: {problem}") from None
-        names += [joint.name] * len(made)
-        rows += made
-    terms, first = _terms(rows)
-    reference = np.zeros(len(rows))
-    evaluate(*terms, layout.q0, reference, np.zeros((len(rows), 18)), _NO_BENDS)
-    return Constraints(
-        names=tuple(names),
-        dofs=terms.dofs[first],
-        driven=np.array([row.drive is not None for row in rows], dtype=bool),
-        scale=np.array([_scale(row, layout) for row in rows]),
-        terms=terms,
-        constant=reference,
-        drives=tuple((i, row.drive) for i, row in zip(first, rows, strict=True) if row.drive),
-    )
+        if type(joint) in _MAKERS:
+            made = _named(joint, lambda j: _MAKERS[type(j)](j, layout))
+            rows += [(joint.name, row) for row in made]
+    rows += _own_coordinates(joints, layout)
+    return terms(rows, layout, first_row)
 
 
-def _terms(rows: Sequence[Row]) -> tuple[Terms, Indices]:
-    """Arrays of all products, and the first product of each row."""
-    counts = np.array([len(row.products) for row in rows], dtype=np.intp)
-    flat = [(i, row, product) for i, row in enumerate(rows) for product in row.products]
-    terms = Terms(
-        kind=np.array([p.kind for _, _, p in flat], dtype=np.intp),
-        row=np.array([i for i, _, _ in flat], dtype=np.intp),
-        weight=np.array([p.weight for _, _, p in flat], dtype=float),
-        dofs=_array([np.concatenate([r.a.dofs, r.b.dofs]) for _, r, _ in flat], 18, np.intp),
-        origin=_array([origin(r.a, r.b) for _, r, _ in flat], 3),
-        u=_array([p.u for _, _, p in flat], 7),
-        w=_array([p.w for _, _, p in flat], 7),
-    )
-    return terms, np.cumsum(counts) - counts
-
-
-def _array(rows: Sequence[Array], width: int, dtype: type = float) -> NDArray:
-    return np.array(rows, dtype=dtype).reshape(-1, width)
-
-
-def _scale(row: Row, layout: Layout) -> float:
-    if row.products[0].kind == DIRECTION:
-        return 1.0
-    return max(_size(row.a, layout), _size(row.b, layout))
-
-
-def _size(side: Side, layout: Layout) -> float:
-    return 0.0 if side.kind == FIXED else float(layout.scale[side.dofs[0]])
-
-
-def origin(a: Side, b: Side) -> Array:
-    """(3,) float [m]  part of r_A − r_B that the ground contributes."""
-    absent = [side.position * (side.kind == FIXED) for side in (a, b)]
-    return absent[0] - absent[1]
-
-
-def fixed(vector: Array) -> Array:
-    """(7,) coefficients of a direction of the ground."""
-    return np.array([0.0, 0.0, 0.0, *vector, 0.0])
-
-
-def direction(side: Side, vector: Array) -> Array:
-    """(7,) coefficients of the direction that is ``vector`` in the reference and moves with it."""
-    if side.kind == FIXED:
-        return fixed(vector)
-    if side.kind == PARTICLE:
-        raise ValueError(f"particle {side.name!r} has no orientation")
-    along = side.triad @ vector
-    if side.kind == BEAM:
-        return np.array([*along, 0.0, 0.0, 0.0, 0.0])
-    if np.hypot(along[1], along[2]) > 1e-6:
-        raise ValueError(f"cable {side.name!r} has no direction but its tangent")
-    return np.array([0.0, along[0], 0.0, 0.0, 0.0, 0.0, 0.0])
-
-
-def unit_direction(side: Side, vector: Array) -> Array:
-    """As ``direction``, divided by its length at all times."""
-    coefficients = direction(side, vector)
-    coefficients[6] = float(side.kind != FIXED)
-    return coefficients
-
-
-def normal_to(axis: Array, triad: Array) -> Array:
-    """Unit vector across ``axis``: e2, e3 or e1 of the triad, projected where none is across."""
-    e2, e3, e1 = (triad[i] - (triad[i] @ axis) * axis for i in (1, 2, 0))
-    best = max((e2, e3, e1), key=lambda e: np.round(np.linalg.norm(e), 6))
-    return best / np.linalg.norm(best)
-
-
-def unit(vector: Array) -> Array:
-    """``vector`` (3,) divided by its length."""
-    length = np.linalg.norm(vector)
-    if length == 0.0:
-        raise ValueError("a direction has no length")
-    return np.asarray(vector, float) / length
+def _named(joint: Joint, make: Callable[[Joint], Rows]) -> Rows:
+    try:
+        return make(joint)
+    except ValueError as problem:
+        raise ValueError(f"joint {joint.name!r}: {problem}") from None
 
 
 def _sides(layout: Layout, a: Site, b: Site) -> tuple[Side, Side]:
     sides = layout.site(a), layout.site(b)
-    if sides[0].kind == sides[1].kind == FIXED:
+    if sides[0].fixed and sides[1].fixed:
         raise ValueError("both ends are on the ground")
     return sides
 
 
-def _together(a: Side, b: Side, layout: Layout) -> list[Row]:
+# -- points ------------------------------------------------------------------------------------
+
+
+def _together(a: Side, b: Side) -> Rows:
     """Three rows: the two points coincide."""
-    if _apart(a, b, layout):
+    if _apart(a, b):
         gap = np.linalg.norm(a.position - b.position)
         raise ValueError(f"its two points are {gap:.6g} m apart")
     return [_offset(a, b, fixed(e)) for e in np.eye(3)]
 
 
-def _apart(a: Side, b: Side, layout: Layout) -> bool:
-    size = max(_size(a, layout), _size(b, layout))
-    return bool(np.linalg.norm(a.position - b.position) > _APART * size)
+def _apart(a: Side, b: Side) -> bool:
+    return bool(np.linalg.norm(a.position - b.position) > _APART * max(a.size, b.size))
 
 
-def _offset(a: Side, b: Side, w: Array) -> Row:
-    return Row(a, b, (Product(OFFSET, _NOTHING, w),))
+def _offset(
+    a: Side, b: Side, w: Array, drive: History | None = None, own: int = -1
+) -> Row:  # fmt: skip
+    return Row(a, b, (Product(OFFSET, NOTHING, w),), drive, own=own)
+
+
+def _spherical(joint: Spherical, layout: Layout) -> Rows:
+    return _together(*_sides(layout, joint.a, joint.b))
+
+
+def _distance(joint: Distance, layout: Layout) -> Rows:
+    """(|r_A − r_B|² − d²)/(2d) = L + L²/(2d), the length being d + L."""
+    a, b = _sides(layout, joint.a, joint.b)
+    d = float(np.linalg.norm(a.position - b.position))
+    if d == 0.0:
+        raise ValueError("its two points coincide")
+    w, length = np.zeros(7), joint.length
+    w[3] = d
+    drive = None if length is None else lambda t: length(t) + length(t) ** 2 / (2.0 * d)
+    return [Row(a, b, (Product(DISTANCE, NOTHING, w),), drive)]
+
+
+def _guide(joint: Guide, layout: Layout) -> Rows:
+    a, ground = _sides(layout, joint.a, Site(None))
+    return [_offset(a, ground, fixed(e)) for e in _independent(joint.directions)]
+
+
+def _independent(directions: Array) -> list[Array]:
+    units = [unit(e) for e in np.atleast_2d(directions)]
+    if np.linalg.matrix_rank(np.array(units), tol=1e-6) < len(units):
+        raise ValueError("its directions are not independent")
+    return units
+
+
+def _fixing(joint: Fixing, layout: Layout) -> Rows:
+    """A vector of a node keeps its reference value along fixed directions."""
+    if joint.body not in layout.bodies:
+        raise ValueError(f"there is no body {joint.body!r}")
+    nodes, known = layout.node_dofs[joint.body], family_of(layout.bodies[joint.body]).vectors
+    if joint.vector not in known:
+        raise ValueError(f"{joint.body!r} has no {joint.vector!r}: {', '.join(known)}")
+    if not -nodes.size <= joint.node < nodes.size:
+        raise ValueError(f"body {joint.body!r} has {nodes.size} nodes, not a node {joint.node}")
+    at = nodes[joint.node] + 3 * known.index(joint.vector) + np.arange(3)
+    scale, value = float(layout.scale[at[0]]), layout.q0[at]
+    return [
+        Linear(at[e != 0.0], e[e != 0.0], float(e @ value), scale)
+        for e in _independent(joint.directions)
+    ]
+
+
+# -- orientation -------------------------------------------------------------------------------
 
 
 def _across(a: Side, u: Array, b: Side, w: Array) -> Row:
@@ -252,93 +159,196 @@ def _across(a: Side, u: Array, b: Side, w: Array) -> Row:
     return Row(a, b, (Product(DIRECTION, direction(a, u), direction(b, w)),))
 
 
-def _spherical(joint: Spherical, layout: Layout) -> list[Row]:
-    return _together(*_sides(layout, joint.a, joint.b), layout)
+def _held(a: Side, b: Side) -> Rows:
+    """Orientation of ``a`` in ``b``, sections free to breathe.
 
-
-def _distance(joint: Distance, layout: Layout) -> list[Row]:
-    a, b = _sides(layout, joint.a, joint.b)
-    length = float(np.linalg.norm(a.position - b.position))
-    if length == 0.0:
-        raise ValueError("its two points coincide")
-    w = np.zeros(7)
-    w[3] = length
-    return [Row(a, b, (Product(DISTANCE, _NOTHING, w),))]
-
-
-def _guide(joint: Guide, layout: Layout) -> list[Row]:
-    a, ground = _sides(layout, joint.a, Site(None))
-    directions = [unit(e) for e in np.atleast_2d(joint.directions)]
-    if np.linalg.matrix_rank(np.array(directions), tol=1e-6) < len(directions):
-        raise ValueError("its directions are not independent")
-    return [_offset(a, ground, fixed(e)) for e in directions]
-
-
-def _clamp(joint: Clamp, layout: Layout) -> list[Row]:
-    """Position, and orientation with a section free to breathe.
-
-    Lengths of r_x, d2, d3 and the angle between d2 and d3 stay free. About the tangent the mean
-    turn of d2 and d3 is held, (d2·e3 − d3·e2)/2: the torsion of the beam is measured and loaded
-    in the same way, whereas d2·e3 alone would let a torque shear the section and twist it freely.
+    Lengths of the vectors of a section and the angle between them stay free. About the normal of
+    the section (of a shell: its own) the mean turn of two directions e', e'' in its plane is
+    held, (e'_A·e''_B − e''_A·e'_B)/2: the torsion of a beam is measured and loaded in the same
+    way, whereas e'·e'' alone would let a torque shear the section and twist it freely.
     """
-    a, b = _sides(layout, joint.a, joint.b)
-    if b.kind == CABLE or (a.kind == FIXED and b.kind != FIXED):
+    if b.directions == 1 or (a.fixed and not b.fixed):
         a, b = b, a
-    e1, e2, e3 = a.triad
-    if a.kind == CABLE:
-        turn = [_across(a, e1, b, e2), _across(a, e1, b, e3)]
-    else:
-        products = (
-            Product(DIRECTION, direction(a, e2), direction(b, e3), 0.5),
-            Product(DIRECTION, direction(a, e3), direction(b, e2), -0.5),
-        )
-        turn = [_across(a, e2, b, e1), _across(a, e3, b, e1), Row(a, b, products)]
-    if _apart(a, b, layout):
-        return [_offset(a, b, unit_direction(b, e)) for e in a.triad] + turn
-    return _together(a, b, layout) + turn
+    if a.directions == 1:
+        along = only_direction(a)
+        first = normal_to(along, a.triad)
+        return [_across(a, along, b, w) for w in (first, np.cross(along, first))]
+    normal, first, second = section_axes(a)
+    products = (
+        Product(DIRECTION, direction(a, first), direction(b, second), 0.5),
+        Product(DIRECTION, direction(a, second), direction(b, first), -0.5),
+    )
+    return [_across(a, first, b, normal), _across(a, second, b, normal), Row(a, b, products)]
 
 
-def _tilt(a: Side, b: Side, axis: Array) -> list[Row]:
+def _tilt(a: Side, b: Side, axis: Array) -> Rows:
     """The axis of ``a`` and of ``b`` stay parallel; one row for a cable across the axis."""
-    if b.kind == CABLE:
+    if b.directions == 1 and not b.fixed:
         a, b = b, a
-    if a.kind == CABLE and abs(a.triad[0] @ axis) < _ALIGNED:
-        return [_across(a, a.triad[0], b, axis)]
+    if a.directions == 1 and not a.fixed and abs(only_direction(a) @ axis) < ALIGNED:
+        return [_across(a, only_direction(a), b, axis)]
     w = normal_to(axis, b.triad)
     return [_across(a, axis, b, w), _across(a, axis, b, np.cross(axis, w))]
 
 
-def _driven(a: Side, b: Side, axis: Array, angle: History) -> Row:
-    """sin(turn of a relative to b − angle(t)) = 0; its slope is one at every angle."""
-    if b.kind == CABLE:
-        return _driven(b, a, axis, lambda t: -angle(t))
-    first = a.triad[0] if a.kind == CABLE else normal_to(axis, a.triad)
+def _turning(
+    a: Side, b: Side, axis: Array, angle: History | None = None, own: int = -1
+) -> Row:  # fmt: skip
+    """sin(turn of a relative to b − angle − own) = 0; its slope is one at every angle."""
+    if b.directions == 1 and not b.fixed:
+        a, b, axis = b, a, -axis
+    first = only_direction(a) if a.directions == 1 and not a.fixed else normal_to(axis, a.triad)
+    if abs(first @ axis) > _SQUARE:
+        raise ValueError(f"{a.name!r} has no turn about its own direction")
     w, sine = direction(b, np.cross(axis, first)), direction(b, first)
-    return Row(a, b, (Product(DIRECTION, direction(a, first), w),), Drive(angle, sine))
+    return Row(a, b, (Product(DIRECTION, direction(a, first), w),), angle, sine, own)
 
 
-def _revolute(joint: Revolute, layout: Layout) -> list[Row]:
+# -- joints ------------------------------------------------------------------------------------
+
+
+def _clamp(joint: Clamp, layout: Layout) -> Rows:
+    """Position, and orientation with sections free to breathe, see ``_held``.
+
+    A shell node keeps the turn of its tangents and is free to stretch and to shear in its plane;
+    between nodes a bicubic edge is clamped where ``Fixing`` holds the twist vector as well.
+    """
+    a, b = _sides(layout, joint.a, joint.b)
+    turn = _held(a, b)
+    if not _apart(a, b):
+        return _together(a, b) + turn
+    if b.directions == 1 or (a.fixed and not b.fixed):
+        a, b = b, a
+    return [_offset(a, b, unit_direction(b, e)) for e in a.triad] + turn
+
+
+def _universal(joint: Universal, layout: Layout) -> Rows:
+    a, b = _sides(layout, joint.a, joint.b)
+    u, w = unit(joint.axis_a), unit(joint.axis_b)
+    if abs(u @ w) > _SQUARE:
+        raise ValueError("its two axes are not at right angles")
+    return [*_together(a, b), _across(a, u, b, w)]
+
+
+def _revolute(joint: Revolute, layout: Layout) -> Rows:
     a, b = _sides(layout, joint.a, joint.b)
     axis = unit(joint.axis)
-    rows = _together(a, b, layout) + _tilt(a, b, axis)
-    return rows if joint.angle is None else [*rows, _driven(a, b, axis, joint.angle)]
+    rows = _together(a, b) + _tilt(a, b, axis)
+    return rows if joint.angle is None else [*rows, _turning(a, b, axis, joint.angle)]
 
 
-def _clearance(joint: ClearanceRevolute, layout: Layout) -> list[Row]:
+def _beside(a: Side, b: Side, axis: Array) -> Rows:
+    """Two rows: ``a`` stays on a line of ``b`` along ``axis``."""
+    w = normal_to(axis, b.triad)
+    return [_offset(a, b, unit_direction(b, e)) for e in (w, np.cross(axis, w))]
+
+
+def _along(a: Side, b: Side, axis: Array, travel: History | None) -> Rows:
+    return [] if travel is None else [_offset(a, b, unit_direction(b, axis), travel)]
+
+
+def _cylindrical(joint: Cylindrical, layout: Layout) -> Rows:
+    a, b = _sides(layout, joint.a, joint.b)
+    axis = unit(joint.axis)
+    rows = _beside(a, b, axis) + _tilt(a, b, axis) + _along(a, b, axis, joint.travel)
+    return rows if joint.angle is None else [*rows, _turning(a, b, axis, joint.angle)]
+
+
+def _prismatic(joint: Prismatic, layout: Layout) -> Rows:
+    a, b = _sides(layout, joint.a, joint.b)
+    axis = unit(joint.axis)
+    return _beside(a, b, axis) + _held(a, b) + _along(a, b, axis, joint.travel)
+
+
+def _planar(joint: Planar, layout: Layout) -> Rows:
+    a, b = _sides(layout, joint.a, joint.b)
+    normal = unit(joint.normal)
+    return [_offset(a, b, unit_direction(b, normal)), *_tilt(a, b, normal)]
+
+
+def _clearance(joint: ClearanceRevolute, layout: Layout) -> Rows:
     """What the clearance leaves held: the position along the axis, tilt, and the drive."""
     a, b = _sides(layout, joint.journal, joint.bearing)
     axis = unit(joint.axis)
-    rows = [_offset(a, b, unit_direction(b, axis))]
-    if a.kind != PARTICLE:
+    rows: Rows = [_offset(a, b, unit_direction(b, axis))]
+    if a.fixed or a.directions:
         rows += _tilt(a, b, axis)
-    return rows if joint.angle is None else [*rows, _driven(a, b, axis, joint.angle)]
+    return rows if joint.angle is None else [*rows, _turning(a, b, axis, joint.angle)]
 
 
-_MAKERS: dict[type, Callable[..., list[Row]]] = {
+# -- coordinates of joints ---------------------------------------------------------------------
+
+
+def _gear(joint: Gear, layout: Layout) -> Rows:
+    if joint.first == joint.second:
+        raise ValueError("it needs two joints")
+    at = [layout.joint_dofs[f"{name}.{TURN}"] for name in (joint.second, joint.first)]
+    return [Linear(np.array(at), np.array([1.0, -joint.ratio]), 0.0, 1.0)]
+
+
+def _latch(joint: Latch, layout: Layout) -> Rows:
+    """A row that is not active before its coordinate has reached ``at``."""
+    found = [layout.joint_dofs.get(f"{joint.joint}.{kind}") for kind in (TRAVEL, TURN)]
+    at = next(dof for dof in found if dof is not None)
+    active = joint.at == 0.0
+    return [Linear(np.array([at]), np.ones(1), joint.at, 1.0, active=active)]
+
+
+def _own_coordinates(joints: Sequence[Joint], layout: Layout) -> list[tuple[str, Row | Linear]]:
+    """The rows that tie turns and travels to the ends of their joints."""
+    named = {joint.name: joint for joint in joints}
+    rows: list[tuple[str, Row | Linear]] = []
+    for user in joints:
+        for name in _refers(user):
+            _named(user, lambda _, name=name: _check_reference(named, name))
+    for key, own in layout.joint_dofs.items():
+        name, kind = key.rsplit(".", 1)
+        if kind in _TIES:
+            made = _named(named[name], lambda j, k=kind, o=own: [_TIES[k](j, layout, o)])
+            rows += [(name, row) for row in made]
+    return rows
+
+
+def _refers(joint: Joint) -> tuple[str, ...]:
+    if isinstance(joint, Gear):
+        return joint.first, joint.second
+    return (joint.joint,) if isinstance(joint, Latch | TorsionSpring) else ()
+
+
+def _check_reference(named: dict[str, Joint], name: str) -> Rows:
+    if name not in named:
+        raise ValueError(f"there is no joint {name!r}")
+    return []
+
+
+def _tied_turn(joint: Joint, layout: Layout, own: int) -> Row:
+    if not isinstance(joint, Revolute | Cylindrical):
+        raise ValueError("it has no turn for another joint to refer to")
+    a, b = _sides(layout, joint.a, joint.b)
+    return _turning(a, b, unit(joint.axis), own=own)
+
+
+def _tied_travel(joint: Joint, layout: Layout, own: int) -> Row:
+    if not isinstance(joint, Prismatic | Cylindrical):
+        raise ValueError("it has no travel for another joint to refer to")
+    a, b = _sides(layout, joint.a, joint.b)
+    return _offset(a, b, unit_direction(b, unit(joint.axis)), own=own)
+
+
+_TIES: dict[str, Callable[..., Row]] = {TURN: _tied_turn, TRAVEL: _tied_travel}
+
+_MAKERS: dict[type, Callable[..., Rows]] = {
     Clamp: _clamp,
     Spherical: _spherical,
+    Universal: _universal,
     Revolute: _revolute,
+    Cylindrical: _cylindrical,
+    Prismatic: _prismatic,
+    Planar: _planar,
     Distance: _distance,
     Guide: _guide,
+    Fixing: _fixing,
+    Gear: _gear,
+    Latch: _latch,
     ClearanceRevolute: _clearance,
 }

@@ -1,43 +1,69 @@
 """Scalars that say how two ends of a joint stand to each other, with first and second derivatives.
 
-Each end has nine local coordinates: its position r and two vectors p, s (beam: d2, d3; cable: r_x
-and nothing). A direction that moves with the end is
+Each end has nine local coordinates: its position r and two vectors p, s that say how it stands,
+constant combinations of vectors of the coordinates (``mechanics.layout.Side``). A direction that
+moves with the end is
 
     u = c1 g/√|g| + c2 p + c3 s + constant,      g = p × s,
 
 optionally divided by its length. g/√|g| grows like p and s, so a section that breathes evenly
-changes the length of u and not its direction. A term is z = a·w, where w is a direction of the
-second end and a is
+changes the length of u and not its direction. A product is z = a·w, where w is a direction of
+the second end and a is
     OFFSET     r_A − r_B + origin
     DIRECTION  a direction of the first end
 or, for DISTANCE, z = |r_A − r_B + origin|²/(2 d).
-"""
 
-from typing import NamedTuple
+A row is Φ = Σ weight z − constant, one of
+    SHIFTED    Φ less x,
+    TURNED     w of its first product turned by the angle x: cos(x) w − sin(x) sine,
+with x = coef[0] + own: what drives the row, and a coordinate of its own if it has one.
+"""
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from mechanics.kernels import FORCE, TANGENT, kernel
 
 OFFSET, DIRECTION, DISTANCE = 0, 1, 2
+SHIFTED, TURNED = 0, 1
+
+VECTORS = 8
+"""Column of ``ints`` where the K vectors of the first end begin, after: multiplier, own
+coordinate, SHIFTED or TURNED, products, vectors of both ends, kinds of two products."""
+SINE, PRODUCT, WIDTH, WEIGHTS = 4, 11, 15, 41
+"""Columns of ``floats``: constant, origin (3), sine (7), two products of weight, u (7) and w (7),
+then weights of the K vectors of both ends in r, p, s (3 K each)."""
 
 
-class Terms(NamedTuple):
-    """Arrays of k terms; ``weight`` times a term is added to its ``row``.
+@njit(cache=True, error_model="numpy")
+def gather(y, vectors, weights, count, x, o):
+    """x[o:o + 9] = r, p, s of an end with ``count`` vectors; ``weights`` (3 k) vector by vector."""
+    for i in range(9):
+        x[o + i] = 0.0
+    for k in range(count):
+        for m in range(3):
+            f = weights[3 * k + m]
+            if f != 0.0:
+                for i in range(3):
+                    x[o + 3 * m + i] += f * y[vectors[k] + i]
 
-    kind, row : (k,) int;  weight : (k,) float
-    dofs : (k, 18) int  coordinates r, p, s of the first and the second end; -1 absent
-    origin : (k, 3) float [m]
-    u, w : (k, 7) float  c1, c2, c3, constant (3), 1 to divide by the length; DISTANCE: w[3] = d
-    """
 
-    kind: NDArray[np.intp]
-    row: NDArray[np.intp]
-    weight: NDArray[np.float64]
-    dofs: NDArray[np.intp]
-    origin: NDArray[np.float64]
-    u: NDArray[np.float64]
-    w: NDArray[np.float64]
+@njit(cache=True, error_model="numpy")
+def expand(gradient, o, weights, count, out, start):
+    """Add to out[start:start + 3 count] what gradient[o:o + 9] by r, p, s is by the vectors."""
+    for k in range(count):
+        for m in range(3):
+            f = weights[3 * k + m]
+            if f != 0.0:
+                for i in range(3):
+                    out[start + 3 * k + i] += f * gradient[o + 3 * m + i]
+
+
+@njit(cache=True, error_model="numpy")
+def scratch():
+    """Work arrays of ``evaluate``."""
+    small, wide = np.empty((4, 3)), np.empty((3, 3, 6))
+    return small[0], small[1], small[2], small[3], wide[0], wide[1], wide[2]
 
 
 @njit(cache=True, error_model="numpy")
@@ -58,43 +84,22 @@ def _cross(x, o, g, G):
 
 @njit(cache=True, error_model="numpy")
 def _direction(x, o, c, u, D, g, G):
-    """Direction u, not yet divided by its length, and its derivative D (3, 18)."""
+    """Direction u, not divided by its length, and its derivative D (3, 6) by p and s at x[o]."""
     for i in range(3):
         u[i] = c[3 + i] + c[1] * x[o + i] + c[2] * x[o + 3 + i]
-        D[i, o + i] = c[1]
-        D[i, o + 3 + i] = c[2]
+        for j in range(6):
+            D[i, j] = 0.0
+        D[i, i] = c[1]
+        D[i, 3 + i] = c[2]
     if c[0] != 0.0:
         s = _cross(x, o, g, G)
         f = c[0] / np.sqrt(s)
         for j in range(6):
             along = 0.5 * (g[0] * G[0, j] + g[1] * G[1, j] + g[2] * G[2, j]) / s**2
             for i in range(3):
-                D[i, o + j] += f * (G[i, j] - along * g[i])
+                D[i, j] += f * (G[i, j] - along * g[i])
         for i in range(3):
             u[i] += f * g[i]
-
-
-@njit(cache=True, error_model="numpy")
-def _pair(kind, x, origin, cu, cw, a, A, w, W, g, G):
-    """a and w of one term, w not yet divided by its length, and derivatives A, W (3, 18)."""
-    for i in range(3):
-        for j in range(18):
-            A[i, j] = 0.0
-            W[i, j] = 0.0
-    if kind == DIRECTION:
-        _direction(x, 3, cu, a, A, g, G)
-    else:
-        for i in range(3):
-            a[i] = x[i] - x[9 + i] + origin[i]
-            A[i, i] = 1.0
-            A[i, 9 + i] = -1.0
-    if kind == DISTANCE:
-        for i in range(3):
-            w[i] = a[i] / (2.0 * cw[3])
-            W[i, i] = 1.0 / (2.0 * cw[3])
-            W[i, 9 + i] = -W[i, i]
-    else:
-        _direction(x, 12, cw, w, W, g, G)
 
 
 @njit(cache=True, error_model="numpy")
@@ -127,52 +132,214 @@ def _bend_unit(a, w, W, length, weight, H):
     """H += weight Wᵀ C W, C = ∂²(a·u/|u|)/∂u² at u = |u| w; then W becomes that of u/|u|."""
     along = a[0] * w[0] + a[1] * w[1] + a[2] * w[2]
     f = weight / length**2
-    for i in range(12, 18):
+    for i in range(6):
         wi = w[0] * W[0, i] + w[1] * W[1, i] + w[2] * W[2, i]
         ai = a[0] * W[0, i] + a[1] * W[1, i] + a[2] * W[2, i]
-        for j in range(12, 18):
+        for j in range(6):
             wj = w[0] * W[0, j] + w[1] * W[1, j] + w[2] * W[2, j]
             aj = a[0] * W[0, j] + a[1] * W[1, j] + a[2] * W[2, j]
             both = W[0, i] * W[0, j] + W[1, i] * W[1, j] + W[2, i] * W[2, j]
-            H[i, j] += f * (along * (3.0 * wi * wj - both) - ai * wj - wi * aj)
-    for i in range(12, 18):
+            H[12 + i, 12 + j] += f * (along * (3.0 * wi * wj - both) - ai * wj - wi * aj)
+    for i in range(6):
         wi = w[0] * W[0, i] + w[1] * W[1, i] + w[2] * W[2, i]
         for k in range(3):
             W[k, i] = (W[k, i] - wi * w[k]) / length
 
 
 @njit(cache=True, error_model="numpy")
-def evaluate(kind, row, weight, dofs, origin, u, w, q, values, gradients, bends):
-    """Add values (rows,), gradients (rows, 18) and second derivatives (rows, 18, 18).
+def _distance(a, d, weight, gradient, bend):
+    """|a|²/(2 d), a = r_A − r_B + origin, with its derivatives."""
+    value, f = 0.0, weight / d
+    for i in range(3):
+        value += 0.5 * f * a[i] ** 2
+        gradient[i] += f * a[i]
+        gradient[9 + i] -= f * a[i]
+        if bend.shape[0] > 0:
+            bend[i, i] += f
+            bend[9 + i, 9 + i] += f
+            bend[i, 9 + i] -= f
+            bend[9 + i, i] -= f
+    return value
 
-    Without rows in ``bends`` there are no second derivatives. Only w is divided by its length.
+
+@njit(cache=True, error_model="numpy")
+def _across(kind, A, B, weight, H):
+    """H += weight (Aᵀ B + Bᵀ A): a by its own end, w by the second."""
+    for j in range(6):
+        for i in range(6 if kind == DIRECTION else 3):
+            if kind == DIRECTION:
+                t = weight * (A[0, i] * B[0, j] + A[1, i] * B[1, j] + A[2, i] * B[2, j])
+                H[3 + i, 12 + j] += t
+                H[12 + j, 3 + i] += t
+            else:
+                t = weight * B[i, j]
+                H[i, 12 + j] += t
+                H[12 + j, i] += t
+                H[9 + i, 12 + j] -= t
+                H[12 + j, 9 + i] -= t
+
+
+@njit(cache=True, error_model="numpy")
+def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
+    """Value of weight z at local coordinates ``x`` (18,): r, p, s of the first and second end.
+
+    Adds its derivatives to ``gradient`` (18,) and ``bend`` (18, 18); without rows in ``bend``
+    there are no second derivatives. ``work`` is from ``scratch``. Only w is divided by its length.
+
+    u, w : (7,) c1, c2, c3, constant (3), 1 to divide by the length; DISTANCE: w[3] = d
     """
-    x, a, b, p, g = np.empty(18), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    A, B, G = np.empty((3, 18)), np.empty((3, 18)), np.empty((3, 6))
-    for e in range(kind.size):
-        f, r, length, along = weight[e], row[e], 1.0, 0.0
-        for i in range(18):
-            x[i] = q[dofs[e, i]] if dofs[e, i] >= 0 else 0.0
-        _pair(kind[e], x, origin[e], u[e], w[e], a, A, b, B, g, G)
-        if kind[e] != DISTANCE and w[e, 6] != 0.0:
-            length = np.sqrt(b[0] ** 2 + b[1] ** 2 + b[2] ** 2)
-            along = (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / length
-        for k in range(3):
-            b[k] /= length
-            p[k] = (a[k] - along * b[k]) / length  # derivative by the w that was
-            values[r] += f * a[k] * b[k]
-            for i in range(18):
-                gradients[r, i] += f * (A[k, i] * b[k] + B[k, i] * p[k])
-        if bends.shape[0] == 0:
+    a, b, p, g, A, B, G = work
+    if kind == DIRECTION:
+        _direction(x, 3, u, a, A, g, G)
+    else:
+        for i in range(3):
+            a[i] = x[i] - x[9 + i] + origin[i]
+    if kind == DISTANCE:
+        return _distance(a, w[3], weight, gradient, bend)
+    _direction(x, 12, w, b, B, g, G)
+    length, along = 1.0, 0.0
+    if w[6] != 0.0:
+        length = np.sqrt(b[0] ** 2 + b[1] ** 2 + b[2] ** 2)
+        along = (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / length
+    for k in range(3):
+        b[k] /= length
+        p[k] = (a[k] - along * b[k]) / length  # derivative by the w that was
+        if kind == OFFSET:
+            gradient[k] += weight * b[k]
+            gradient[9 + k] -= weight * b[k]
+        for i in range(6):
+            if kind == DIRECTION:
+                gradient[3 + i] += weight * A[k, i] * b[k]
+            gradient[12 + i] += weight * B[k, i] * p[k]
+    if bend.shape[0] > 0:
+        if kind == DIRECTION:
+            _bend(x, 3, u, b, weight, g, G, bend)
+        _bend(x, 12, w, p, weight, g, G, bend)
+        if w[6] != 0.0:
+            _bend_unit(a, b, B, length, weight, bend)
+        _across(kind, A, B, weight, bend)
+    return weight * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _row(y, c, ints, floats, x, w, gradient, bend, work):
+    """Φ of one row; ``gradient`` and ``bend`` by r, p, s of both ends are overwritten."""
+    K = (ints.size - VECTORS) // 2
+    gather(y, ints[VECTORS:], floats[WEIGHTS:], ints[4], x, 0)
+    gather(y, ints[VECTORS + K :], floats[WEIGHTS + 3 * K :], ints[5], x, 9)
+    own = c + y[ints[1]] if ints[1] >= 0 else c
+    gradient[:] = 0.0
+    bend[:] = 0.0
+    value = -floats[0] if ints[2] == TURNED else -floats[0] - own
+    for k in range(ints[3]):
+        at = PRODUCT + WIDTH * k
+        for i in range(7):
+            w[i] = floats[at + 8 + i]
+        if k == 0 and ints[2] == TURNED:
+            for i in range(6):
+                w[i] = np.cos(own) * w[i] - np.sin(own) * floats[SINE + i]
+        u, origin = floats[at + 1 :], floats[1:]
+        value += evaluate(ints[6 + k], x, origin, u, w, floats[at], gradient, bend, work)
+    return value
+
+
+@njit(cache=True, error_model="numpy")
+def _slope(y, c, ints, floats, x, w, gradient, none, work):
+    """∂Φ/∂own of a row with a coordinate of its own; ``gradient``: its derivative by r, p, s."""
+    gradient[:] = 0.0
+    if ints[2] == SHIFTED:
+        return -1.0
+    own = c + y[ints[1]]
+    for i in range(6):
+        w[i] = -np.sin(own) * floats[PRODUCT + 8 + i] - np.cos(own) * floats[SINE + i]
+    w[6] = floats[PRODUCT + 14]
+    u, f = floats[PRODUCT + 1 :], floats[PRODUCT]
+    return evaluate(ints[6], x, floats[1:], u, w, f, gradient, none, work)
+
+
+@kernel(FORCE)
+def add_force(y, v, coef, ints, floats, out):
+    """λ Φ_q and Φ of every row."""
+    K = (ints.shape[1] - VECTORS) // 2
+    x, w, gradient, none, work = (
+        np.empty(18),
+        np.empty(7),
+        np.empty(18),
+        np.empty((0, 18)),
+        scratch(),
+    )
+    for e in range(ints.shape[0]):
+        line, lam = ints[e], y[ints[e, 0]]
+        out[line[0]] += _row(y, coef[e, 0], line, floats[e], x, w, gradient, none, work)
+        for side in range(2):
+            weights, first = floats[e, WEIGHTS + 3 * K * side :], VECTORS + K * side
+            for k in range(line[4 + side]):
+                for m in range(3):
+                    f = lam * weights[3 * k + m]
+                    if f != 0.0:
+                        for i in range(3):
+                            out[line[first + k] + i] += f * gradient[9 * side + 3 * m + i]
+        if line[1] >= 0:
+            slope = _slope(y, coef[e, 0], line, floats[e], x, w, gradient, none, work)
+            out[line[1]] += lam * slope
+
+
+@njit(cache=True, error_model="numpy")
+def _spread(bend, weights, counts, K, half, H):
+    """H (6 K, 6 K) = Wᵀ bend W for the vectors of both ends; ``half`` is work space (18, 6 K)."""
+    half[:] = 0.0
+    H[:] = 0.0
+    for side in range(2):
+        for k in range(counts[side]):
+            for m in range(3):
+                f = weights[3 * K * side + 3 * k + m]
+                if f != 0.0:
+                    for j in range(3):
+                        for i in range(18):
+                            half[i, 3 * (K * side + k) + j] += f * bend[i, 9 * side + 3 * m + j]
+    for side in range(2):
+        for k in range(counts[side]):
+            for m in range(3):
+                f = weights[3 * K * side + 3 * k + m]
+                if f != 0.0:
+                    for i in range(3):
+                        for j in range(6 * K):
+                            H[3 * (K * side + k) + i, j] += f * half[9 * side + 3 * m + i, j]
+
+
+@kernel(TANGENT)
+def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
+    """cK λ Φ_qq of every row, and Φ_q as row and as column."""
+    K = (ints.shape[1] - VECTORS) // 2
+    n = 6 * K + 2  # vectors of both ends, own coordinate, multiplier
+    x, w, gradient, work = np.empty(18), np.empty(7), np.empty(18), scratch()
+    bend, mixed, none = np.empty((18, 18)), np.empty(n), np.empty((0, 18))
+    row, half, H = np.empty(n), np.empty((18, 6 * K)), np.empty((6 * K, 6 * K))
+    for e in range(ints.shape[0]):
+        line, f, c, at = ints[e], cK * y[ints[e, 0]], coef[e, 0], slots[e]
+        weights = floats[e, WEIGHTS:]
+        own = line[1] >= 0
+        value = _row(y, c, line, floats[e], x, w, gradient, bend if f != 0.0 else none, work)
+        row[:] = 0.0
+        for side in range(2):
+            expand(gradient, 9 * side, weights[3 * K * side :], line[4 + side], row, 3 * K * side)
+        if own:
+            row[6 * K] = _slope(y, c, line, floats[e], x, w, gradient, none, work)
+        for i in range(n - 1):
+            data[at[i * n + n - 1]] += row[i]
+            data[at[(n - 1) * n + i]] += row[i]
+        if f == 0.0:
             continue
-        H = bends[r]
-        if kind[e] == DIRECTION:
-            _bend(x, 3, u[e], b, f, g, G, H)
-        if kind[e] != DISTANCE:
-            _bend(x, 12, w[e], p, f, g, G, H)
-            if w[e, 6] != 0.0:
-                _bend_unit(a, b, B, length, f, H)
-        for k in range(3):
-            for i in range(18):
-                for j in range(18):
-                    H[i, j] += f * (A[k, i] * B[k, j] + B[k, i] * A[k, j])
+        _spread(bend, weights, line[4:], K, half, H)
+        for i in range(6 * K):
+            for j in range(6 * K):
+                data[at[i * n + j]] += f * H[i, j]
+        if own and line[2] == TURNED:
+            mixed[:] = 0.0
+            for side in range(2):
+                count = line[4 + side]
+                expand(gradient, 9 * side, weights[3 * K * side :], count, mixed, 3 * K * side)
+            for i in range(6 * K):
+                data[at[i * n + n - 2]] += f * mixed[i]
+                data[at[(n - 2) * n + i]] += f * mixed[i]
+            data[at[(n - 2) * n + n - 2]] -= f * (value + floats[e, 0])
