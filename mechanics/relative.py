@@ -285,7 +285,7 @@ def add_force(y, v, coef, ints, floats, out):
 
 
 @njit(cache=True, error_model="numpy")
-def _spread(bend, weights, counts, K, half, H):
+def spread(bend, weights, counts, K, half, H):
     """H (6 K, 6 K) = Wᵀ bend W for the vectors of both ends; ``half`` is work space (18, 6 K)."""
     half[:] = 0.0
     H[:] = 0.0
@@ -330,7 +330,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
             data[at[(n - 1) * n + i]] += row[i]
         if f == 0.0:
             continue
-        _spread(bend, weights, line[4:], K, half, H)
+        spread(bend, weights, line[4:], K, half, H)
         for i in range(6 * K):
             for j in range(6 * K):
                 data[at[i * n + j]] += f * H[i, j]
