@@ -78,8 +78,8 @@ class ContinuumBeam:
         self._density = line.per_element(beams, [b.material.density for b in beams])
         X = layout.q0[self.dofs].reshape(-1, 8, 3)
         self.length = line.arc_lengths(X[:, [0, 4]], X[:, [1, 5]])
-        self._points = line.per_element(beams, _points(beams, enhanced))
-        self._on_axis = line.per_element(beams, _on_axis(beams, enhanced))
+        self._points = line.per_element(beams, list(_points(beams, enhanced)))
+        self._on_axis = line.per_element(beams, list(_on_axis(beams, enhanced)))
         tau = line.per_element(beams, [float(b.damping_time) for b in beams])
         factors = [(b.section.shear_factor_2, b.section.shear_factor_3) for b in beams]
         laws = _laws(np.asarray(line.per_element(beams, factors)), self._on_axis, enhanced)
@@ -169,7 +169,7 @@ def _products(a: Array, b: Array) -> Array:
 
 def _points(beams: Sequence[Beam], enhanced: bool) -> Array:
     """(n_b, k, 4) fraction of the length, y, z [m], weight [m^2]; unused ones weigh nothing."""
-    lists = []
+    lists: list[Array] = []
     for beam in beams:
         places, areas = section_points(beam.section)
         if enhanced:  # last, for each fraction of the length, a point on the axis
@@ -179,8 +179,8 @@ def _points(beams: Sequence[Beam], enhanced: bool) -> Array:
                 for x, w in zip(XI, WEIGHT, strict=True)]  # fmt: skip
         lists.append(np.concatenate(rows))
     points = np.zeros((len(beams), max(map(len, lists), default=0), 4))
-    for i, rows in enumerate(lists):
-        points[i, : len(rows)] = rows
+    for i, part in enumerate(lists):
+        points[i, : len(part)] = part
     return points
 
 

@@ -31,7 +31,7 @@ from meshes.properties import joined, log10_polynomial
 
 ZERO_CELSIUS = 273.15  # [K]
 
-PAPER = "Hua et al. (2026), Table 1, signs as physics asks: E falls, the others rise with T"
+PAPER = "Hua et al. (2026), Table 1, signs as physics asks: E and density fall, the others rise"
 NIST = "NIST cryogenic material properties (Marquardt, Le & Radebaugh 2000)"
 EN_ALUMINIUM = "EN 1999-1-2:2007, 3.2 and 3.3"
 EN_STAINLESS = "EN 1993-1-2:2005, Annex C, grade 1.4301"
@@ -51,6 +51,7 @@ def _al6061_paper() -> Material:
         law("expansion", "1/K", 23.1e-6, 1e-4),
         law("conductivity", "W/(m K)", 167.0, 0.002),
         law("heat_capacity", "J/(kg K)", 896.0, 0.001),
+        law("density", "kg/m^3", 2700.0, -2e-5),
     )
 
 

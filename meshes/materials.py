@@ -27,9 +27,12 @@ class Material:
 
     Attributes
     ----------
-    density : float [kg/m^3]  of the reference configuration: mass does not change with T
+    density : float [kg/m^3]  of the reference configuration, in which mass is counted: it does
+        not change with T
     youngs_modulus [Pa], poissons_ratio [1], conductivity [W/(m K)], heat_capacity [J/(kg K)],
     expansion [1/K] : Property  the expansion coefficient is the instantaneous one
+    density_law : Property | None [kg/m^3]  density for models in which mass follows the
+        temperature; None: constant
     """
 
     name: str
@@ -39,6 +42,7 @@ class Material:
     expansion: Property
     conductivity: Property
     heat_capacity: Property
+    density_law: Property | None = None
 
     def __post_init__(self) -> None:
         problems = _problems(self)
@@ -63,6 +67,10 @@ class Material:
     def thermal_strain(self, T, T_ref):
         """Free strain at T [K] of what has none at T_ref: the integral of the expansion."""
         return self.expansion.integral(T_ref, T)
+
+    def density_factor(self, T):
+        """Density at T [K] relative to ``density``; 1 without a law."""
+        return np.ones_like(T) if self.density_law is None else self.density_law(T) / self.density
 
     def enthalpy(self, T):
         """Heat content [J/kg] at T [K], zero at 298.15 K; it rises with T."""
@@ -125,7 +133,8 @@ def _problems(material: Material) -> list[str]:
     problems = []
     if not (isfinite(material.density) and material.density > 0.0):
         problems.append(f"density must be positive and finite, got {material.density!r}")
-    for p in (material.youngs_modulus, material.conductivity, material.heat_capacity):
+    positive = [material.youngs_modulus, material.conductivity, material.heat_capacity]
+    for p in positive + ([material.density_law] if material.density_law else []):
         if not p(_sample(p)).min() > 0.0:
             problems.append(f"{p.name} must be positive in its whole range")
     nu = material.poissons_ratio(_sample(material.poissons_ratio))
