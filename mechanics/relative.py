@@ -49,21 +49,63 @@ def gather(y, vectors, weights, count, x, o):
 
 
 @njit(cache=True, error_model="numpy")
-def expand(gradient, o, weights, count, out, start):
-    """Add to out[start:start + 3 count] what gradient[o:o + 9] by r, p, s is by the vectors."""
+def expand(gradient, o, weights, count, out, to):
+    """Add to out[to:to + 3 count] what gradient[o:o + 9] by r, p, s is by the vectors."""
     for k in range(count):
         for m in range(3):
             f = weights[3 * k + m]
             if f != 0.0:
                 for i in range(3):
-                    out[start + 3 * k + i] += f * gradient[o + 3 * m + i]
+                    out[to + 3 * k + i] += f * gradient[o + 3 * m + i]
 
 
 @njit(cache=True, error_model="numpy")
 def scratch():
-    """Work arrays of ``evaluate``."""
-    small, wide = np.empty((4, 3)), np.empty((3, 3, 6))
-    return small[0], small[1], small[2], small[3], wide[0], wide[1], wide[2]
+    """Work space of ``evaluate``: a, w, ∂z/∂w, g; then A, W, G (3, 6)."""
+    return np.zeros((13, 6))
+
+
+@njit(cache=True, error_model="numpy")
+def _normal(x, o):
+    """g = p × s, where p and s begin at x[o], and |g|."""
+    g0 = x[o + 1] * x[o + 5] - x[o + 2] * x[o + 4]
+    g1 = x[o + 2] * x[o + 3] - x[o] * x[o + 5]
+    g2 = x[o] * x[o + 4] - x[o + 1] * x[o + 3]
+    return g0, g1, g2, np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
+
+
+@njit(cache=True, error_model="numpy")
+def _point(x, o, c, u):
+    """Direction u, not divided by its length, of the end whose p and s begin at x[o]."""
+    for i in range(3):
+        u[i] = c[3 + i] + c[1] * x[o + i] + c[2] * x[o + 3 + i]
+    if c[0] != 0.0:
+        g0, g1, g2, size = _normal(x, o)
+        f = c[0] / np.sqrt(size)
+        u[0] += f * g0
+        u[1] += f * g1
+        u[2] += f * g2
+
+
+@njit(cache=True, error_model="numpy")
+def _pull(x, o, c, P, weight, gradient):
+    """Add the gradient of weight P·u by p and s: with P' = c1 (P − (P·g) g/(2 |g|²))/√|g| it is
+    c2 P + s × P' and c3 P + P' × p."""
+    for i in range(3):
+        gradient[o + i] += weight * c[1] * P[i]
+        gradient[o + 3 + i] += weight * c[2] * P[i]
+    if c[0] != 0.0:
+        g0, g1, g2, size = _normal(x, o)
+        f, along = weight * c[0] / np.sqrt(size), (P[0] * g0 + P[1] * g1 + P[2] * g2)
+        along *= 0.5 / (size * size)
+        a0, a1, a2 = f * (P[0] - along * g0), f * (P[1] - along * g1), f * (P[2] - along * g2)
+        p0, p1, p2, s0, s1, s2 = x[o], x[o + 1], x[o + 2], x[o + 3], x[o + 4], x[o + 5]
+        gradient[o] += s1 * a2 - s2 * a1
+        gradient[o + 1] += s2 * a0 - s0 * a2
+        gradient[o + 2] += s0 * a1 - s1 * a0
+        gradient[o + 3] += a1 * p2 - a2 * p1
+        gradient[o + 4] += a2 * p0 - a0 * p2
+        gradient[o + 5] += a0 * p1 - a1 * p0
 
 
 @njit(cache=True, error_model="numpy")
@@ -83,10 +125,9 @@ def _cross(x, o, g, G):
 
 
 @njit(cache=True, error_model="numpy")
-def _direction(x, o, c, u, D, g, G):
-    """Direction u, not divided by its length, and its derivative D (3, 6) by p and s at x[o]."""
+def _turns(x, o, c, D, g, G):
+    """D (3, 6) = ∂u/∂(p, s) of the end whose p and s begin at x[o]."""
     for i in range(3):
-        u[i] = c[3 + i] + c[1] * x[o + i] + c[2] * x[o + 3 + i]
         for j in range(6):
             D[i, j] = 0.0
         D[i, i] = c[1]
@@ -98,8 +139,6 @@ def _direction(x, o, c, u, D, g, G):
             along = 0.5 * (g[0] * G[0, j] + g[1] * G[1, j] + g[2] * G[2, j]) / s**2
             for i in range(3):
                 D[i, j] += f * (G[i, j] - along * g[i])
-        for i in range(3):
-            u[i] += f * g[i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -188,15 +227,15 @@ def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
 
     u, w : (7,) c1, c2, c3, constant (3), 1 to divide by the length; DISTANCE: w[3] = d
     """
-    a, b, p, g, A, B, G = work
+    a, b, p = work[0], work[1], work[2]
     if kind == DIRECTION:
-        _direction(x, 3, u, a, A, g, G)
+        _point(x, 3, u, a)
     else:
         for i in range(3):
             a[i] = x[i] - x[9 + i] + origin[i]
     if kind == DISTANCE:
         return _distance(a, w[3], weight, gradient, bend)
-    _direction(x, 12, w, b, B, g, G)
+    _point(x, 12, w, b)
     length, along = 1.0, 0.0
     if w[6] != 0.0:
         length = np.sqrt(b[0] ** 2 + b[1] ** 2 + b[2] ** 2)
@@ -207,18 +246,26 @@ def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
         if kind == OFFSET:
             gradient[k] += weight * b[k]
             gradient[9 + k] -= weight * b[k]
-        for i in range(6):
-            if kind == DIRECTION:
-                gradient[3 + i] += weight * A[k, i] * b[k]
-            gradient[12 + i] += weight * B[k, i] * p[k]
+    if kind == DIRECTION:
+        _pull(x, 3, u, b, weight, gradient)
+    _pull(x, 12, w, p, weight, gradient)
     if bend.shape[0] > 0:
-        if kind == DIRECTION:
-            _bend(x, 3, u, b, weight, g, G, bend)
-        _bend(x, 12, w, p, weight, g, G, bend)
-        if w[6] != 0.0:
-            _bend_unit(a, b, B, length, weight, bend)
-        _across(kind, A, B, weight, bend)
+        _bend_all(kind, x, u, w, weight, length, bend, work)
     return weight * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _bend_all(kind, x, u, w, weight, length, bend, work):
+    """Second derivatives of weight a·w, where ``evaluate`` has left a, w and ∂z/∂w in ``work``."""
+    a, b, p, g, A, B, G = work[0], work[1], work[2], work[3], work[4:7], work[7:10], work[10:13]
+    _turns(x, 12, w, B, g, G)
+    _bend(x, 12, w, p, weight, g, G, bend)
+    if w[6] != 0.0:
+        _bend_unit(a, b, B, length, weight, bend)
+    if kind == DIRECTION:
+        _turns(x, 3, u, A, g, G)
+        _bend(x, 3, u, b, weight, g, G, bend)
+    _across(kind, A, B, weight, bend)
 
 
 @njit(cache=True, error_model="numpy")
@@ -261,21 +308,16 @@ def _slope(y, c, ints, floats, x, w, gradient, none, work):
 def add_force(y, v, coef, ints, floats, out):
     """λ Φ_q and Φ of every row."""
     K = (ints.shape[1] - VECTORS) // 2
-    x, w, gradient, none, work = (
-        np.empty(18),
-        np.empty(7),
-        np.empty(18),
-        np.empty((0, 18)),
-        scratch(),
-    )
+    x, w, gradient = np.empty(18), np.empty(7), np.empty(18)
+    none, work = np.empty((0, 18)), scratch()
     for e in range(ints.shape[0]):
         line, lam = ints[e], y[ints[e, 0]]
         out[line[0]] += _row(y, coef[e, 0], line, floats[e], x, w, gradient, none, work)
         for side in range(2):
-            weights, first = floats[e, WEIGHTS + 3 * K * side :], VECTORS + K * side
+            start, first = WEIGHTS + 3 * K * side, VECTORS + K * side
             for k in range(line[4 + side]):
                 for m in range(3):
-                    f = lam * weights[3 * k + m]
+                    f = lam * floats[e, start + 3 * k + m]
                     if f != 0.0:
                         for i in range(3):
                             out[line[first + k] + i] += f * gradient[9 * side + 3 * m + i]
@@ -317,12 +359,12 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     row, half, H = np.empty(n), np.empty((18, 6 * K)), np.empty((6 * K, 6 * K))
     for e in range(ints.shape[0]):
         line, f, c, at = ints[e], cK * y[ints[e, 0]], coef[e, 0], slots[e]
-        weights = floats[e, WEIGHTS:]
         own = line[1] >= 0
         value = _row(y, c, line, floats[e], x, w, gradient, bend if f != 0.0 else none, work)
         row[:] = 0.0
         for side in range(2):
-            expand(gradient, 9 * side, weights[3 * K * side :], line[4 + side], row, 3 * K * side)
+            to = 3 * K * side
+            expand(gradient, 9 * side, floats[e, WEIGHTS + to :], line[4 + side], row, to)
         if own:
             row[6 * K] = _slope(y, c, line, floats[e], x, w, gradient, none, work)
         for i in range(n - 1):
@@ -330,15 +372,15 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
             data[at[(n - 1) * n + i]] += row[i]
         if f == 0.0:
             continue
-        spread(bend, weights, line[4:], K, half, H)
+        spread(bend, floats[e, WEIGHTS:], line[4:], K, half, H)
         for i in range(6 * K):
             for j in range(6 * K):
                 data[at[i * n + j]] += f * H[i, j]
         if own and line[2] == TURNED:
             mixed[:] = 0.0
             for side in range(2):
-                count = line[4 + side]
-                expand(gradient, 9 * side, weights[3 * K * side :], count, mixed, 3 * K * side)
+                to = 3 * K * side
+                expand(gradient, 9 * side, floats[e, WEIGHTS + to :], line[4 + side], mixed, to)
             for i in range(6 * K):
                 data[at[i * n + n - 2]] += f * mixed[i]
                 data[at[(n - 2) * n + i]] += f * mixed[i]
