@@ -41,6 +41,7 @@ class Dead:
     name = "loads"
     external = True
     force, tangent, energy = kernels.add_dead, kernels.add_nothing, 0
+    columns = 1
     symmetric = True
 
     def __init__(self, names: list[str], ints: NDArray, floats: Array, signals: list[Signal]):
@@ -74,6 +75,7 @@ class Turning:
     name = "loads"
     external = True
     force, tangent, energy = kernels.add_moment, kernels.add_moment_tangent, 0
+    columns = 1
     symmetric = False
 
     def __init__(self, loads: Sequence[Moment | Torque], layout: Layout):

@@ -83,6 +83,7 @@ class Rigid:
 
     name = "rigid"
     force, tangent, energy = add_force, add_tangent, 0
+    columns = 0
     signals: Sequence = ()
     symmetric = True
 
@@ -108,12 +109,12 @@ class Rigid:
         return c0, c1
 
     def mass_blocks(self) -> Array:
-        """(n_e, 18, 18) mass of r and the directors, [m, E_ij] times the identity of space."""
-        scalar = np.zeros((len(self.names), 6, 6))
+        """(n_e, 12, 12) mass of r and the directors, [m, E_ij] times the identity of space."""
+        scalar = np.zeros((len(self.names), 4, 4))
         scalar[:, 0, 0] = self.mass
-        scalar[:, 1:4, 1:4] = self.euler
+        scalar[:, 1:, 1:] = self.euler
         blocks = np.einsum("eij,kl->eikjl", scalar, np.eye(3))
-        return blocks.reshape(-1, 18, 18)
+        return blocks.reshape(-1, 12, 12)
 
     def resultants(self, y: Array, v: Array, coef: Array) -> Array:
         """A rigid body has no section resultants: (n_e, 0)."""
