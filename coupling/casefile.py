@@ -17,14 +17,14 @@ from coupling.draft import Draft, Where
 from coupling.errors import BadCase, Problem, joined, shown, suggestion
 from coupling.fields import said
 from coupling.heat_tables import Thermal
-from coupling.motion_tables import GROUND
 from coupling.overrides import Override
 from coupling.references import check
 from coupling.scene import ROOM_TEMPERATURE, Scene
+from coupling.site_tables import GROUND
 
 FILE_NAME = "case.toml"
 LARGEST_FILE = 10_000_000  # [bytes]
-NOT_WRITTEN = {"points", "folder", "text", "overrides"}  # what a scene has that its file has not
+NOT_WRITTEN = {"shapes", "folder", "text", "overrides"}  # what a scene has that its file has not
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _POSITION = re.compile(r"(.*) \(at (?:(line \d+, column \d+)|end of document)\)", re.DOTALL)
@@ -220,7 +220,7 @@ def _scene(draft: Draft, text: str, given: tuple[str, ...]) -> Scene:
             n: _filled(v, "reference_temperature", T) for n, v in tables.get(kind, {}).items()
         }
     return Scene.model_construct(
-        **tables, points=draft.points, folder=draft.folder, text=text, overrides=given
+        **tables, shapes=draft.shapes, folder=draft.folder, text=text, overrides=given
     )
 
 

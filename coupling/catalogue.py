@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from coupling.casefile import FILE_NAME
-from coupling.references import SIDES
+from coupling.joint_references import SIDES
 from coupling.verify.registry import AREAS
 from mechanics.contact import DISSIPATION, EXPONENT
 from mechanics.elements import FAMILIES

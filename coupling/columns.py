@@ -69,7 +69,16 @@ STANDARD: dict[str, dict[str, Column]] = {
         "position": Column("m", "nodes"),
         "axes": Column("", "section triads, rows e1, e2, e3"),
         "temperature": Column("K, K/m, K/m", "mean, gradients along e2 and e3"),
-        "resultants": Column("N, N m", "N, Q2, Q3, Mt, M2, M3 of each element"),
+        "resultants": Column(
+            "N, N m",
+            "of each element: N, Q2, Q3, Mt, M2, M3; of shells per length N11, N22, N12, M11, M22, "
+            "M12, Q1, Q2",
+        ),
+        "slopes": Column("1, 1, 1/m", "of shells: derivatives by u, by v, and by both"),
+    },
+    "surfaces": {
+        "quads": Column("", "nodes at the corners of each element of a shell", np.int64),
+        "sizes": Column("m", "what each element spans of the parameters u and v"),
     },
     "frames": {"time": Column("s", "time of the frame")},
 }

@@ -7,6 +7,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from coupling.errors import Problem
+from coupling.places import Shape
 
 Where = tuple[str, ...]
 
@@ -17,15 +18,20 @@ class Draft:
 
     raw : the tables as TOML gave them
     valid : tables that passed, by path: ``("time",)``, ``("body", "arm")``
-    points : (n, 3) float [m] of each body by name, as far as they could be found
+    shapes : where each body is at the start, by name, as far as it could be found
     problems : everything that did not pass
     """
 
     raw: dict[str, Any]
     folder: Path
     valid: dict[Where, Any] = field(default_factory=dict)
-    points: dict[str, NDArray] = field(default_factory=dict)
+    shapes: dict[str, Shape] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+
+    @property
+    def points(self) -> dict[str, NDArray]:
+        """(n, 3) float [m]  nodes of each body by name."""
+        return {name: shape.points for name, shape in self.shapes.items()}
 
     def named(self, *kind: str) -> dict[str, Any]:
         """The valid tables of one kind by name, such as ``named("thermal", "wall")``."""

@@ -24,6 +24,7 @@ from coupling.errors import alternatives, shown, suggestion
 from coupling.quantities import Kind
 
 Path = tuple[str | int, ...]
+Vector3 = tuple[float, float, float]
 
 
 def fault(text: str) -> PydanticCustomError:
@@ -252,8 +253,88 @@ class Vector:
         return {"type": "array", "items": item, "minItems": 3, "maxItems": 3}
 
 
+@dataclass(frozen=True)
+class EitherOf:
+    """A number that measures one of several things; a plain number is in SI units of any."""
+
+    kinds: tuple[Kind, ...]
+
+    def read(self, value: Any) -> float:
+        """The value in SI units."""
+        said = []
+        for kind in self.kinds:
+            try:
+                return quantities.read(value, kind)
+            except ValueError as error:
+                said.append(str(error))
+        wanted = " or ".join(f"{kind.name} such as '{kind.example}'" for kind in self.kinds)
+        known = [text for text in said if text.startswith("unknown unit")]
+        raise fault(known[0] if known else f"expected {wanted}, got {shown(value)}")
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        examples = [kind.example for kind in self.kinds]
+        return {"anyOf": [{"type": "number"}, {"type": "string", "examples": examples}]}
+
+
+@dataclass(frozen=True)
+class RightAngles:
+    """Two or three directions at right angles, made unit; the third is e1 x e2."""
+
+    def read(self, value: Any) -> tuple[Vector3, Vector3, Vector3]:
+        """Rows e1, e2, e3."""
+        if not isinstance(value, (list, tuple)) or len(value) not in (2, 3):
+            raise fault(f"expected two or three directions [[x, y, z], ...], got {shown(value)}")
+        one = Vector(quantities.NUMBER, direction=True)
+        found: dict[Path, str] = {}
+        rows: list[Vector3] = []
+        for i, item in enumerate(value):
+            try:
+                rows.append(one.read(item))
+            except PydanticCustomError as error:
+                found[(i,)] = error.message()
+            except ValidationError as error:
+                found |= {(i, *e["loc"]): e["msg"] for e in error.errors()}
+        if found:
+            raise faults("axes", found)
+        if abs(_dot(rows[0], rows[1])) > SQUARE:
+            raise fault("the first two directions are not at right angles")
+        third = _cross(rows[0], rows[1])
+        if len(rows) == 3 and _dot(third, rows[2]) < 1.0 - SQUARE:
+            raise fault("the third direction is not that of first x second; leave it out")
+        return rows[0], rows[1], third
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        row = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+        return {"type": "array", "items": row, "minItems": 2, "maxItems": 3}
+
+
+SQUARE = 1e-6
+"""Cosine up to which two directions count as at right angles [-]."""
+
+
+def _dot(a: Vector3, b: Vector3) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
 TEMPERATURE = Quantity(quantities.TEMPERATURE, above=0.0, below=1e5)
-Vector3 = tuple[float, float, float]
 Length = Annotated[float, Quantity(quantities.LENGTH)]
 PositiveLength = Annotated[float, Quantity(quantities.LENGTH, above=0.0)]
 Time = Annotated[float, Quantity(quantities.TIME, least=0.0)]
@@ -263,3 +344,5 @@ Temperature = Annotated[float, TEMPERATURE]
 Fraction = Annotated[float, Quantity(quantities.NUMBER, least=0.0, most=1.0)]
 Point = Annotated[Vector3, Vector(quantities.LENGTH)]
 Direction = Annotated[Vector3, Vector(quantities.NUMBER, direction=True)]
+Axes = Annotated[tuple[Vector3, Vector3, Vector3], RightAngles()]
+AngleOrLength = Annotated[float, EitherOf((quantities.ANGLE, quantities.LENGTH))]

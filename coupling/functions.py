@@ -192,6 +192,10 @@ AngleHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.ANGLE), quantities.ANGLE, quantities.ANGULAR_SPEED),
 ]
+LengthHistory = Annotated[
+    histories.History,
+    HistoryOf(Quantity(quantities.LENGTH), quantities.LENGTH, quantities.SPEED),
+]
 FluxHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.HEAT_FLUX), quantities.HEAT_FLUX, quantities.HEAT_FLUX_RATE),

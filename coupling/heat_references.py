@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from coupling.body_tables import LineBody
+from coupling.contact_tables import ClearanceRevolute
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_tables import ThermalPlace, Wall
 from coupling.materials_used import material_problem
-from coupling.motion_tables import ClearanceRevolute, Particle
 from coupling.places import distances
 from thermal.solvers import SOLVERS
 
@@ -38,11 +39,14 @@ def _on_bodies(draft: Draft) -> Iterator[Problem]:
 
 
 def _heated(draft: Draft, name: str, where: str) -> Iterator[Problem]:
-    """Bodies that carry temperatures: all along a line, no particles."""
+    """Bodies that carry temperatures: beams and cables."""
     if name not in draft.names("body"):
         yield Problem(where, unknown("body", name, draft.names("body")))
-    elif isinstance(draft.named("body").get(name), Particle):
-        yield Problem(where, f"'{name}' is a particle: it carries no temperature")
+        return
+    body = draft.named("body").get(name)
+    if body is not None and not isinstance(body, LineBody):
+        kind = "rigid body" if body.kind == "rigid" else body.kind
+        yield Problem(where, f"'{name}' is a {kind}: it carries no temperature of [thermal]")
 
 
 def _parts(draft: Draft) -> Iterator[Problem]:
@@ -106,12 +110,13 @@ def _stations(draft: Draft, wall: Wall) -> Any:
 
 def _walls(draft: Draft) -> Iterator[Problem]:
     for name, wall in draft.named("thermal", "wall").items():
-        if wall.body in draft.points and wall.body not in _particles(draft):
+        if wall.body in _lines(draft):
             yield from _stretch(draft, wall, f"thermal.wall.{name}")
 
 
-def _particles(draft: Draft) -> list[str]:
-    return [name for name, body in draft.named("body").items() if isinstance(body, Particle)]
+def _lines(draft: Draft) -> list[str]:
+    bodies = draft.named("body")
+    return [name for name in draft.shapes if isinstance(bodies.get(name), LineBody)]
 
 
 def _stretch(draft: Draft, wall: Wall, where: str) -> Iterator[Problem]:
@@ -168,7 +173,7 @@ def _coverage(draft: Draft) -> Iterator[Problem]:
     given = set().union(*_given(draft).values())
     for name, points in draft.points.items():
         free = [i for i in range(len(points)) if (name, i) not in given]
-        if free and name not in _particles(draft):
+        if free and name in _lines(draft):
             at = distances(points)[free[0]]
             text = f"the prescribed solver needs a wall along all of it; none at {at:g} m"
             yield Problem(f"body.{name}", text)

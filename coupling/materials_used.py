@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from coupling.body_tables import LineBody, ShellBody
+from coupling.contact_tables import ClearanceRevolute
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_tables import MaterialTable
-from coupling.motion_tables import ClearanceRevolute, LineBody
 from coupling.scene import ROOM_TEMPERATURE, Scene
 from meshes.materials import Material, library, library_material
 
@@ -77,7 +78,7 @@ def _uses(draft: Draft) -> Iterator[tuple[str, list[float]]]:
     start = [heat.initial] if heat is not None else []
     default = heat.initial if heat is not None else ROOM_TEMPERATURE
     for name, body in draft.named("body").items():
-        if isinstance(body, LineBody):
+        if isinstance(body, LineBody | ShellBody):
             reference = body.reference_temperature or default
             yield body.material, [reference, *start, *_of_body(draft, name)]
     for joint in draft.named("joint").values():

@@ -10,25 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling import manager
-from coupling.descriptions import (
-    clearance_joints,
-    heat_description,
-    line_bodies,
-    motion_description,
-)
+from coupling import manager, observables
+from coupling.descriptions import clearance_joints, flexible_bodies, motion_description
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
-from coupling.motion_tables import GROUND
-from coupling.places import node_of
+from coupling.places import place_of, point_of
 from coupling.plan import plan
 from coupling.scene import Scene
+from coupling.site_tables import GROUND
 from coupling.transfer import transfer
-from mechanics.description import Beam
 from mechanics.dynamics import Control
-from mechanics.hht import Scheme
-from mechanics.layout import BEAM, Layout
+from mechanics.layout import Layout
 from mechanics.ledger import TERMS
+from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
 
 Array = NDArray[np.float64]
@@ -119,50 +113,20 @@ class Model:
     def probes(self, state: Coupled) -> dict[str, dict[str, Any]]:
         """Position, velocity and temperature at each probe."""
         motion, T = state.motion.motion, self.sections(state)
-        rows: dict[str, dict[str, Any]] = {}
-        for name, probe in self.scene.probe.items():
-            node = node_of(self.scene.points[probe.body], probe.at)
-            r = self.layout.node_dofs[probe.body][node] + np.arange(3)
-            rows[name] = {"time": motion.t, "position": motion.q[r], "velocity": motion.v[r]}
-            if probe.body in self.layout.point_index:
-                rows[name]["temperature"] = T[self.layout.point_index[probe.body][node], 0]
-        return rows
+        return observables.probes(self.scene, self.layout, motion, T)
 
     def bodies(self, state: Coupled) -> dict[str, dict[str, Array]]:
         """Shape, section temperatures and resultants of each body."""
-        motion, T = state.motion.motion, self.sections(state)
-        rows: dict[str, dict[str, Array]] = {}
-        resultants = self._resultants(state, T)
-        for name, first in self.layout.node_dofs.items():
-            kind = self.layout.kinds[name]
-            vectors = motion.q[first[:, None] + np.arange(kind)].reshape(len(first), -1, 3)
-            rows[name] = {"position": vectors[:, 0], "axes": _triads(vectors, kind)}
-            if name in self.layout.point_index:
-                rows[name]["temperature"] = T[self.layout.point_index[name]]
-                rows[name]["resultants"] = resultants[name]
-        return rows
-
-    def _resultants(self, state: Coupled, T: Array) -> dict[str, Array]:
-        system = self.motion_solver.system
-        coef, m = system.coefficients(T), state.motion.motion
-        found: dict[str, Array] = {}
-        for term, c in zip(system.elements, coef, strict=False):
-            values, names = term.resultants(m.q, m.v, c), np.array(term.names)
-            found |= {name: values[names == name] for name in dict.fromkeys(term.names)}
-        return found
+        T, system = self.sections(state), self.motion_solver.system
+        return observables.bodies(system, state.motion.motion, T, system.coefficients(T))
 
     def body_attributes(self) -> dict[str, dict[str, Any]]:
-        """Sections of the bodies, for drawing and stress."""
-        keys = ("radius", "thickness", "height", "width", "area", "second_moment_2",
-                "second_moment_3", "torsion_constant")  # fmt: skip
-        rows: dict[str, dict[str, Any]] = {}
-        for name, body in self.layout.bodies.items():
-            if isinstance(body, Beam):
-                section = {key: getattr(body.section, key) for key in keys}
-                rows[name] = {"section_kind": body.section.kind, "element": body.element, **section}
-            else:
-                rows[name] = {"section_kind": "point", "element": "particle", "mass": body.mass}
-        return rows
+        """What drawing needs to know of the bodies."""
+        return observables.attributes(self.layout)
+
+    def surfaces(self) -> dict[str, dict[str, Array]]:
+        """Elements of the shells."""
+        return observables.surfaces(self.layout)
 
     # -- clearance joints ----------------------------------------------------------------------
 
@@ -188,11 +152,18 @@ class Model:
         return rows
 
     def _side(self, side: str, site: Any) -> dict[str, Any]:
-        """Body and node of one side of a joint; nothing for the ground."""
+        """Body and node of one side of a joint, and how far from it; nothing for the ground.
+
+        The distance [m] is along e1, e2, e3 of the node.
+        """
         if site.body == GROUND:
             return {}
-        node = node_of(self.scene.points[site.body], site.at)
-        return {f"{side}_body": site.body, f"{side}_node": node}
+        shape = self.scene.shapes[site.body]
+        place = place_of(shape, site)
+        away = shape.axes[place.node] @ (point_of(shape, place) - shape.points[place.node])
+        return {
+            f"{side}_body": site.body, f"{side}_node": place.node, f"{side}_offset": away
+        }  # fmt: skip
 
     def driven_rows(self) -> NDArray[np.intp]:
         """Constraint row that drives each clearance joint; -1 where none does."""
@@ -301,6 +272,7 @@ def _tried(problems: list[Problem], make: Any) -> Any:
 
 
 def _heat(scene: Scene) -> Any:
+    from coupling.heat_descriptions import heat_description
     from thermal.solvers import build as build_heat
 
     assert scene.thermal is not None
@@ -316,7 +288,7 @@ def _control(scene: Scene) -> Control:
 
 
 def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manager.Transfer:
-    owners: dict[str, Any] = {**clearance_joints(scene), **line_bodies(scene)}
+    owners: dict[str, Any] = {**clearance_joints(scene), **flexible_bodies(scene)}
     rest = np.zeros(len(motion_solver.x))
     for name, rows in motion_solver.regions.items():
         owner = owners.get(name) or owners[name.split(".")[0]]
@@ -325,23 +297,6 @@ def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manag
         (np.zeros((0, 3)), {}) if heat_solver is None else (heat_solver.x, heat_solver.regions)
     )
     return transfer(x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest)
-
-
-def _triads(vectors: Array, kind: int) -> Array:
-    """(n, 3, 3) orthonormal section triads of nodes from their vectors r, r_x, r_y, r_z."""
-    if kind == BEAM:
-        e2 = _unit(vectors[:, 2])
-        e1 = _unit(np.cross(e2, vectors[:, 3]))
-        return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
-    if vectors.shape[1] == 1:
-        return np.tile(np.eye(3), (len(vectors), 1, 1))
-    from meshes.generate import frames
-
-    return frames(vectors[:, 0])
-
-
-def _unit(a: Array) -> Array:
-    return a / np.linalg.norm(a, axis=-1, keepdims=True)
 
 
 def _versions() -> dict[str, str]:

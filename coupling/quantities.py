@@ -59,6 +59,11 @@ POWER_RATE = Kind("a power rate", "W/s", "1 W/s")
 CONDUCTANCE = Kind("a conductance", "W/K", "2 W/K")
 HERTZ_STIFFNESS = Kind("a Hertz stiffness", "N/m^1.5", "5e9 N/m^1.5")
 STIFFNESS = Kind("a stiffness", "N/m", "1e6 N/m")
+DAMPING = Kind("a damping", "N s/m", "5 N s/m")
+TURN_STIFFNESS = Kind("a torsional stiffness", "N m/rad", "10 N m/rad")
+TURN_DAMPING = Kind("a torsional damping", "N m s/rad", "0.1 N m s/rad")
+IMPULSE = Kind("an impulse", "N s", "10 N s")
+INERTIA = Kind("a moment of inertia", "kg m^2", "0.2 kg m^2")
 _KINDS = [kind for kind in tuple(globals().values()) if isinstance(kind, Kind) and kind.unit]
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)

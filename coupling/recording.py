@@ -33,6 +33,8 @@ class Recording:
             self.recorder.describe_group(f"bodies/{name}", attributes)
         for name, attributes in self.model.joint_attributes().items():
             self.recorder.describe_group(f"joints/{name}", attributes)
+        for name, elements in self.model.surfaces().items():
+            self.recorder.append_many(f"surfaces/{name}", elements)
         self._frame(state)
         self._probes(state)
         self._state(state, tick, size)

@@ -12,9 +12,13 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import SkipJsonSchema
 
 from coupling import quantities
-from coupling.fields import Count, PositiveTime, Quantity, Table
+from coupling.body_tables import Body
+from coupling.fields import Count, Point, PositiveTime, Quantity, Table
 from coupling.heat_tables import MaterialTable, Thermal
-from coupling.motion_tables import Body, Gravity, Joint, Load, Place, Section
+from coupling.joint_tables import Joint
+from coupling.load_tables import Gravity, Load
+from coupling.section_tables import Section
+from coupling.site_tables import Place
 
 ROOM_TEMPERATURE = 293.15  # [K] of a body without any temperature given
 
@@ -82,7 +86,15 @@ class Probe(Table):
     body: str = Field(description="name of a [body.NAME]")
     at: Place | None = Field(
         default=None,
-        description="'start', 'end' or the distance from the start along the body to a node",
+        description="on a beam or cable: 'start', 'end' or the distance from the start along it",
+    )
+    position: Point | None = Field(
+        default=None,
+        description="point [x, y, z] at the start of a rigid body (default: its centre of mass), "
+        "or the node of a shell that is there",
+    )
+    offset: Point | None = Field(
+        default=None, description="from there along e1, e2, e3 of the section, carried with it"
     )
 
 
@@ -100,7 +112,7 @@ class Scene(BaseModel):
 
     Attributes
     ----------
-    points : dict  (n, 3) float [m] of each body by name: its nodes, one for a particle
+    shapes : dict  where each body is at the start, by name; see ``coupling.places``
     folder : Path  of the case
     text : str  the TOML that was read, with overrides applied
     overrides : tuple of str  those overrides, as given
@@ -124,7 +136,12 @@ class Scene(BaseModel):
     thermal: Thermal | None = None
     probe: dict[str, Probe] = Field(default_factory=dict)
     output: Output = Field(default_factory=Output)
-    points: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)
+    shapes: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)
     folder: SkipJsonSchema[Path] = Path()
     text: SkipJsonSchema[str] = ""
     overrides: SkipJsonSchema[tuple[str, ...]] = ()
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """(n, 3) float [m]  nodes of each body by name at the start, one for a particle."""
+        return {name: shape.points for name, shape in self.shapes.items()}

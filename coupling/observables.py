@@ -1,0 +1,151 @@
+"""What is read from states: probes, shapes of the bodies, resultants."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.places import place_of
+from coupling.scene import Scene
+from mechanics.description import Beam, RigidBody, Shell, Site
+from mechanics.layout import Layout, family_of
+from mechanics.system import Coefficients, System
+
+Array = NDArray[np.float64]
+
+SECTION = ("radius", "thickness", "height", "width", "area", "second_moment_2",
+           "second_moment_3", "torsion_constant")  # fmt: skip
+SLOPES = ("r_u", "r_v", "r_uv")
+
+
+# ---------------------------------------------------------------------------------- probes
+
+
+def probes(scene: Scene, layout: Layout, motion: Any, T: Array) -> dict[str, dict[str, Any]]:
+    """Position, velocity and temperature at each probe.
+
+    Parameters
+    ----------
+    motion : has t, q, v
+    T : (m, 3) float [K, K/m, K/m]  section temperatures
+    """
+    rows: dict[str, dict[str, Any]] = {}
+    for name, probe in scene.probe.items():
+        node, fraction, offset = place_of(scene.shapes[probe.body], probe)
+        side = layout.site(Site(probe.body, node, fraction=fraction, offset=offset))
+        at = side.vectors[:, None] + np.arange(3)
+        rows[name] = {
+            "time": motion.t,
+            "position": side.weights[0] @ motion.q[at],
+            "velocity": side.weights[0] @ motion.v[at],
+        }
+        if probe.body in layout.point_index:
+            points = T[layout.point_index[probe.body], 0]
+            ends = points[node], points[min(node + 1, len(points) - 1)]
+            rows[name]["temperature"] = (1.0 - fraction) * ends[0] + fraction * ends[1]
+    return rows
+
+
+# ---------------------------------------------------------------------------------- bodies
+
+
+def bodies(
+    system: System, motion: Any, T: Array, coef: Coefficients
+) -> dict[str, dict[str, Array]]:
+    """Shape, section temperatures and resultants of each body."""
+    layout = system.layout
+    rows: dict[str, dict[str, Array]] = {}
+    resultants = _resultants(system, motion, coef)
+    for name, first in layout.node_dofs.items():
+        body, kind = layout.bodies[name], layout.kinds[name]
+        nodes = motion.q[first[:, None] + np.arange(kind)].reshape(len(first), -1, 3)
+        vectors = dict(zip(family_of(body).vectors, np.moveaxis(nodes, 1, 0), strict=True))
+        rows[name] = {"position": vectors["position"], "axes": _triads(body, vectors)}
+        if isinstance(body, Shell):
+            rows[name]["slopes"] = _slopes(vectors)
+        if name in layout.point_index:
+            rows[name]["temperature"] = T[layout.point_index[name]]
+        if name in resultants:
+            rows[name]["resultants"] = resultants[name]
+    return rows
+
+
+def _resultants(system: System, motion: Any, coef: Coefficients) -> dict[str, Array]:
+    """(n_e, 6) of line bodies, (n_e, 8) of shells, by name."""
+    y = system.unknowns(motion.q, motion.lam)
+    v = np.concatenate([motion.v, np.zeros(system.m)])
+    found: dict[str, Array] = {}
+    for term, c in zip(system.terms, coef, strict=True):
+        if term in system.elements:
+            values, names = term.resultants(y, v, c), np.array(term.names)
+            found |= {name: values[names == name] for name in dict.fromkeys(term.names)}
+    return found
+
+
+def _triads(body: Any, vectors: Mapping[str, Array]) -> Array:
+    """(n, 3, 3) orthonormal triads e1, e2, e3 of the nodes from their vectors."""
+    position = vectors["position"]
+    if isinstance(body, RigidBody):
+        return np.stack([vectors["e1"], vectors["e2"], vectors["e3"]], axis=1)
+    if isinstance(body, Beam) and "r_z" in vectors:
+        e2 = _unit(vectors["r_y"])
+        e1 = _unit(np.cross(e2, vectors["r_z"]))
+        return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+    if isinstance(body, Beam):
+        from meshes.generate import frames
+
+        return frames(position)
+    if isinstance(body, Shell):
+        return _shell_triads(body, vectors)
+    return np.tile(np.eye(3), (len(position), 1, 1))
+
+
+def _shell_triads(body: Shell, vectors: Mapping[str, Array]) -> Array:
+    """e3 normal, e1 along u; of shells that carry only a normal, as far as that allows."""
+    if "r_u" in vectors:
+        e1 = _unit(vectors["r_u"])
+        e3 = _unit(np.cross(e1, vectors["r_v"]))
+    else:
+        e3 = _unit(vectors["r_n"])
+        start = np.asarray(body.surface.d_u, float)
+        e1 = _unit(start - np.sum(start * e3, axis=1, keepdims=True) * e3)
+    return np.stack([e1, np.cross(e3, e1), e3], axis=1)
+
+
+def _slopes(vectors: Mapping[str, Array]) -> Array:
+    """(n, 3, 3)  r_u, r_v [-], r_uv [1/m]; zeros where a shell has none."""
+    nothing = np.zeros_like(vectors["position"])
+    return np.stack([vectors.get(name, nothing) for name in SLOPES], axis=1)
+
+
+def _unit(a: Array) -> Array:
+    return a / np.linalg.norm(a, axis=-1, keepdims=True)
+
+
+def attributes(layout: Layout) -> dict[str, dict[str, Any]]:
+    """What drawing needs to know of the bodies."""
+    rows: dict[str, dict[str, Any]] = {}
+    for name, body in layout.bodies.items():
+        if isinstance(body, Beam):
+            section = {key: getattr(body.section, key) for key in SECTION}
+            rows[name] = {"section_kind": body.section.kind, "element": body.element, **section}
+        elif isinstance(body, Shell):
+            rows[name] = {"section_kind": "shell", "element": body.element,
+                          "thickness": body.thickness}  # fmt: skip
+        elif isinstance(body, RigidBody):
+            own = body.axes @ body.inertia @ np.asarray(body.axes).T
+            rows[name] = {"section_kind": "rigid", "element": "rigid", "mass": body.mass,
+                          "inertia": own}  # fmt: skip
+        else:
+            rows[name] = {"section_kind": "point", "element": "particle", "mass": body.mass}
+    return rows
+
+
+def surfaces(layout: Layout) -> dict[str, dict[str, Array]]:
+    """Elements of the shells: nodes at their corners (n_e, 4), sizes (n_e, 2) [m]."""
+    return {
+        name: {"quads": body.surface.quads, "sizes": body.surface.sizes}
+        for name, body in layout.bodies.items()
+        if isinstance(body, Shell)
+    }
