@@ -1,46 +1,277 @@
-"""Factorisation of the constrained system matrix.
+"""Choice of a linear solver for the constrained system matrix.
 
-SuperLU runs wherever scipy runs. Systems of up to ``DENSE`` unknowns go to LAPACK: there the
-overhead of a sparse call dominates. (A beam of 208 unknowns costs 0.65 ms to factorise and 18 µs
-to solve either way, but dense LU of that size wakes the threads of the BLAS, which on a busy
-machine wait for one another many times longer than they compute.)
+Few unknowns go to a dense LU with partial pivoting, many to the factorisation by blocks of
+``mechanics.blocks``; both are compiled. Where blocks lose a pivot, or a solution does not fulfil
+its equations, the same matrix goes to SuperLU, which pivots freely.
 """
 
+import ctypes
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg import lapack
-from scipy.sparse.linalg import splu
 
+from mechanics import libraries
 from mechanics.assembly import Pattern
+from mechanics.kernels import FACTOR, SOLVE, callback, factor_at, kernel, outside_at, solve_at
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 Solve = Callable[[Array], Array]
 
-DENSE = 32
+DENSE = 100
+"""Systems of up to this many unknowns are dense."""
 
 
-def factorise(shape: Pattern, data: Array) -> Solve | None:
-    """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
-    if not np.all(np.isfinite(data)):
-        return None
-    return _dense(shape, data) if shape.size <= DENSE else _sparse(shape, data)
+class Solver(NamedTuple):
+    """A solver for matrices of one pattern, as compiled code sees it.
+
+    name : of what solves
+    ints : (k,) int64, work_size : what ``factor(ints, data, work)`` and ``solve(ints, work, b)``
+        need
+    factor, solve : addresses of kernels (``kernels.FACTOR``, ``SOLVE``)
+    factor_outside, solve_outside : addresses of a library (``kernels.OUTSIDE``); 0: compiled
+    """
+
+    name: str
+    ints: Indices
+    work_size: int
+    factor: int
+    solve: int
+    factor_outside: int = 0
+    solve_outside: int = 0
+
+    def factorise(self, data: Array) -> Solve | None:
+        """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
+        work = np.empty(self.work_size)
+        data = np.ascontiguousarray(data, float)
+        if not np.isfinite(data).all() or _factor(self.factor, self.ints, data, work) != 0:
+            return None
+
+        def solve(b: Array) -> Array:
+            x = np.array(b, float)
+            _solve(self.solve, self.ints, work, x)
+            return x
+
+        return solve
 
 
-def _dense(shape: Pattern, data: Array) -> Solve | None:
-    lu, pivots, info = lapack.dgetrf(shape.matrix(data).toarray(order="F"), overwrite_a=True)
-    if info != 0:
-        return None
+def choose(
+    pattern: Pattern,
+    node_of: Indices,
+    symmetric: bool,
+    prefer: str | None = None,
+    rank: Indices | None = None,
+) -> Solver:
+    """The solver for a pattern.
 
-    def solve(b: Array) -> Array:
-        return lapack.dgetrs(lu, pivots, b)[0]
+    Parameters
+    ----------
+    node_of : (n + m,) int  block of each unknown: its node, or its joint
+    symmetric : whether matrices are symmetric
+    prefer : "dense", "blocks", or a library of ``libraries.MAKERS``; None or "auto": by size
+    rank : (n + m,) int  0 for coordinates with a mass, 1 for multipliers, 2 for massless
+        coordinates that only constraints hold; by default guessed from the pattern
+    """
+    if prefer in (None, "auto"):
+        prefer = "dense" if pattern.size <= DENSE else "blocks"
+    if prefer == "dense":
+        return _dense(pattern)
+    if prefer == "blocks":
+        rank = _guessed(pattern, node_of) if rank is None else np.asarray(rank, np.int64)
+        return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, rank)
+    library = libraries.find(str(prefer), pattern, symmetric)
+    if library is None:
+        raise ValueError(f"the linear solver {prefer!r} is not installed")
+    return _outside(library, pattern)
 
-    return solve
+
+def _guessed(pattern: Pattern, node_of: Indices) -> Indices:
+    """Rank 1 for the last unknowns, as far as their blocks do not know one another."""
+    column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
+    row = pattern.indices
+    apart = node_of[row] != node_of[column]
+    met = np.minimum(row, column)[apart]
+    start = int(met.max()) + 1 if met.size else pattern.size
+    rank = np.zeros(pattern.size, np.int64)
+    rank[start:] = 1
+    return rank
 
 
-def _sparse(shape: Pattern, data: Array) -> Solve | None:
-    try:
-        return splu(shape.matrix(data)).solve
-    except RuntimeError:  # SuperLU: "Factor is exactly singular"
-        return None
+# -- dense -----------------------------------------------------------------------------------------
+
+
+def _dense(pattern: Pattern) -> Solver:
+    n = pattern.size
+    column = np.repeat(np.arange(n), np.diff(pattern.indptr))
+    ints = np.concatenate([[n], pattern.indices.astype(np.int64) * n + column])
+    return Solver("dense", ints, n * n + 2 * n, factor_dense, solve_dense)
+
+
+@kernel(FACTOR)
+def factor_dense(ints, data, work):
+    """LU by rows with partial pivoting; the choices of pivots stand behind the factors."""
+    n = ints[0]
+    work[: n * n] = 0.0
+    for i in range(1, len(ints)):
+        work[ints[i]] = data[i - 1]
+    for j in range(n):
+        best, size = j, abs(work[j * n + j])
+        for i in range(j + 1, n):
+            if abs(work[i * n + j]) > size:
+                best, size = i, abs(work[i * n + j])
+        if not 0.0 < size < np.inf:
+            return 1
+        work[n * n + j] = best
+        row, other = work[j * n : j * n + n], work[best * n : best * n + n]
+        if best != j:
+            for k in range(n):
+                row[k], other[k] = other[k], row[k]
+        pivot, ahead = 1.0 / row[j], row[j + 1 :]
+        for i in range(j + 1, n):
+            f = work[i * n + j] * pivot
+            work[i * n + j] = f
+            if f != 0.0:
+                below = work[i * n + j + 1 : i * n + n]
+                for k in range(len(ahead)):
+                    below[k] -= f * ahead[k]
+    return 0
+
+
+@kernel(SOLVE)
+def solve_dense(ints, work, b):
+    """Solution with the factors of ``factor_dense``."""
+    n = ints[0]
+    for i in range(n):
+        k = int(work[n * n + i])
+        b[i], b[k] = b[k], b[i]
+    for i in range(n):
+        row, s = work[i * n : i * n + i], 0.0
+        for k in range(i):
+            s += row[k] * b[k]
+        b[i] -= s
+    for i in range(n - 1, -1, -1):
+        row, s = work[i * n : i * n + n], 0.0
+        for k in range(i + 1, n):
+            s += row[k] * b[k]
+        b[i] = (b[i] - s) / row[i]
+
+
+# -- blocks, and libraries behind them -------------------------------------------------------------
+
+UNKNOWNS, ENTRIES, STARTS = 4, 5, 6
+"""A guarded solver begins with the addresses of its own factor and solve and of those of a
+library; then come sizes and arrays of the pattern, and the data of its own."""
+EXACT = 1e-9
+"""Largest error of an equation, relative to its terms, that a factorisation may leave [-]."""
+
+
+def _blocks(pattern: Pattern, node_of: Indices, symmetric: bool, rank: Indices) -> Solver:
+    from mechanics import blocks
+
+    parts = blocks.arrange(pattern.indptr, pattern.indices, node_of, rank)
+    inner, size = blocks.lay_out(pattern.indptr, pattern.indices, parts, symmetric)
+    kinds = (blocks.factor_general, blocks.solve_general)
+    if symmetric:
+        kinds = (blocks.factor_symmetric, blocks.solve_symmetric)
+    library = libraries.find("superlu", pattern, symmetric)
+    assert library is not None  # it comes with scipy
+    head = [*kinds, *_addresses(library, pattern), pattern.size, len(pattern.indices)]
+    ints = np.concatenate([head, pattern.indptr, pattern.indices, inner]).astype(np.int64)
+    return Solver("blocks", ints, 1 + pattern.size + size, factor_guarded, solve_guarded)
+
+
+@njit(cache=True, error_model="numpy")
+def _error(indptr, indices, data, x, b):
+    """Largest error of an equation relative to the sum of its terms (Oettli & Prager 1964)."""
+    left, terms = b.copy(), np.abs(b)
+    for j in range(len(x)):
+        for i in range(indptr[j], indptr[j + 1]):
+            part = data[i] * x[j]
+            left[indices[i]] -= part
+            terms[indices[i]] += abs(part)
+    worst = 0.0
+    for i in range(len(x)):
+        if not abs(left[i]) <= worst * terms[i]:
+            worst = abs(left[i]) / terms[i]
+            if not worst < np.inf:
+                return np.inf
+    return worst
+
+
+@kernel(FACTOR)
+def factor_guarded(ints, data, work):
+    """Own factorisation; if it fails or is inexact, that of a library."""
+    n, work[0] = ints[UNKNOWNS], 1.0
+    indices = STARTS + n + 1
+    inner = indices + ints[ENTRIES]
+    own, factors, x = ints[inner:], work[1 + n :], work[1 : 1 + n]
+    if factor_at(ints[0])(own, data, factors) == 0:
+        for i in range(n):
+            x[i] = 1.0 - 2.0 * ((i * i + i // 2) % 2)
+        b = x.copy()
+        solve_at(ints[1])(own, factors, x)
+        if _error(ints[STARTS:indices], ints[indices:inner], data, x, b) <= EXACT:
+            work[0] = 0.0
+            return 0
+    return outside_at(ints[2])(np.int64(data.ctypes.data))
+
+
+@kernel(SOLVE)
+def solve_guarded(ints, work, b):
+    """Solution with the factors of ``factor_guarded``."""
+    n = ints[UNKNOWNS]
+    if work[0] == 0.0:
+        own = STARTS + n + 1 + ints[ENTRIES]
+        solve_at(ints[1])(ints[own:], work[1 + n :], b)
+    else:
+        outside_at(ints[3])(np.int64(b.ctypes.data))
+
+
+def _outside(library: libraries.Library, pattern: Pattern) -> Solver:
+    factor, solve = _addresses(library, pattern)
+    ints = np.array([factor, solve], np.int64)
+    return Solver(library.name, ints, 1, factor_library, solve_library, factor, solve)
+
+
+@kernel(FACTOR)
+def factor_library(ints, data, work):
+    """Factorisation by a library, which keeps its factors."""
+    return outside_at(ints[0])(np.int64(data.ctypes.data))
+
+
+@kernel(SOLVE)
+def solve_library(ints, work, b):
+    """Solution with the last factors of a library."""
+    outside_at(ints[1])(np.int64(b.ctypes.data))
+
+
+def _addresses(library: libraries.Library, pattern: Pattern) -> tuple[int, int]:
+    """Addresses under which compiled code calls a library."""
+    entries = len(pattern.indices) + 1
+
+    def factor(address: int) -> int:
+        return library.factor(_doubles(address, entries))
+
+    def solve(address: int) -> int:
+        library.solve(_doubles(address, pattern.size))
+        return 0
+
+    kind = ctypes.c_int64
+    return callback(factor, kind, returns=kind), callback(solve, kind, returns=kind)
+
+
+def _doubles(address: int, count: int) -> Array:
+    return np.ctypeslib.as_array((ctypes.c_double * count).from_address(address))
+
+
+@njit(cache=True)
+def _factor(address, ints, data, work):
+    return factor_at(address)(ints, data, work)
+
+
+@njit(cache=True)
+def _solve(address, ints, work, b):
+    solve_at(address)(ints, work, b)
