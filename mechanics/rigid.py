@@ -156,4 +156,5 @@ def euler_tensor(body: RigidBody) -> Array:
             f"rigid body {body.name!r}: no body has the principal moments of inertia "
             f"{', '.join(f'{p:.6g}' for p in principal)} kg m^2; none exceeds the sum of the others"
         )
-    return (turned * np.maximum(moments, 0.0)) @ turned.T
+    found = (turned * np.maximum(moments, 0.0)) @ turned.T
+    return 0.5 * (found + found.T)

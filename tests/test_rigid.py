@@ -104,6 +104,7 @@ def test_flat_plates_and_thin_rods_have_directors_without_mass(inertia):
         (body(axes=np.diag([1.0, 1.0, 1.1])), "'top'.*axes"),
     ],
 )
+@pytest.mark.filterwarnings("ignore:.*scalar divide", "ignore:.*in sqrt")
 def test_what_is_no_body_is_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):
         build(wrong)
