@@ -218,7 +218,7 @@ def _across(kind, A, B, weight, H):
                 H[12 + j, 9 + i] -= t
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)  # arrays cost at calls
 def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
     """Value of weight z at local coordinates ``x`` (18,): r, p, s of the first and second end.
 
@@ -268,7 +268,7 @@ def _bend_all(kind, x, u, w, weight, length, bend, work):
     _across(kind, A, B, weight, bend)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)  # arrays cost at calls
 def _row(y, c, ints, floats, x, w, gradient, bend, work):
     """Φ of one row; ``gradient`` and ``bend`` by r, p, s of both ends are overwritten."""
     K = (ints.size - VECTORS) // 2
