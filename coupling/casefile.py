@@ -16,6 +16,8 @@ from coupling import overrides as changes
 from coupling.draft import Draft, Where
 from coupling.errors import BadCase, Problem, joined, shown, suggestion
 from coupling.fields import said
+from coupling.generate_tables import RingTruss
+from coupling.generation import made_by, merged
 from coupling.heat_tables import Thermal
 from coupling.overrides import Override
 from coupling.references import check
@@ -56,12 +58,40 @@ def from_text(
     misplaced = changes.apply(raw, made)
     if misplaced:
         raise BadCase(source, misplaced)
-    draft = Draft(raw, folder)
+    draft = Draft(_written_out(raw), folder)
     _read_scene(draft)
     draft.problems += check(draft)
     if draft.problems:
-        raise BadCase(source, _explained(draft.problems, written, made))
+        found = _explained(_folded(draft.problems, draft), _written_out(written), made)
+        raise BadCase(source, found)
     return _scene(draft, changes.toml(raw) if made else text, tuple(o.text for o in made))
+
+
+def _written_out(raw: dict[str, Any]) -> dict[str, Any]:
+    """The tables with those that each faultless [generate.NAME] stands for."""
+    tables = raw.get("generate", {})
+    if not isinstance(tables, dict):
+        return raw
+    for value in tables.values():
+        try:
+            raw = merged(made_by(RingTruss.model_validate(value)), raw)
+        except ValidationError:
+            continue  # reported when it is read with all the others
+    return raw
+
+
+def _folded(problems: list[Problem], draft: Draft) -> list[Problem]:
+    """Problems that differ only in the name of a table, once each, where tables are generated."""
+    if "generate" not in draft.raw:
+        return problems
+    alike: dict[tuple[str, ...], list[Problem]] = {}
+    for problem in problems:
+        kind, _, rest = problem.path.partition(".")
+        alike.setdefault((kind, rest.partition(".")[2], problem.text), []).append(problem)
+    return [
+        first._replace(text=f"{first.text} (and {len(more)} more like it)") if more else first
+        for first, *more in alike.values()
+    ]
 
 
 # ----------------------------------------------------------------------------------- text
@@ -165,6 +195,7 @@ def _read_named(draft: Draft, where: Where, raw: Any, kind: Any) -> None:
         text = f"expected tables with names such as [{joined(where)}.NAME], got {shown(raw)}"
         draft.problems.append(Problem(joined(where), text))
         return
+    adapter = _adapter(kind)
     for name, value in raw.items():
         if not _NAME.fullmatch(name):
             text = "a name consists of letters, digits, _ and -"
@@ -173,21 +204,23 @@ def _read_named(draft: Draft, where: Where, raw: Any, kind: Any) -> None:
             text = "the name is taken: the ground is always there"
             draft.problems.append(Problem(joined((*where, name)), text))
         else:
-            _read_one(draft, (*where, name), value, kind)
+            _read_one(draft, (*where, name), value, kind, adapter)
 
 
-def _read_one(draft: Draft, where: Where, raw: Any, kind: Any) -> None:
+def _read_one(
+    draft: Draft, where: Where, raw: Any, kind: Any, adapter: TypeAdapter | None = None
+) -> None:
     try:
-        draft.valid[where] = TypeAdapter(kind, config=_config(kind)).validate_python(raw)
+        draft.valid[where] = (adapter or _adapter(kind)).validate_python(raw)
     except ValidationError as error:
         draft.problems += [
             _problem(e, where, get_origin(kind) is Annotated) for e in error.errors()
         ]
 
 
-def _config(kind: Any) -> ConfigDict | None:
-    """Bare types are read as strictly as the tables."""
-    return ConfigDict(strict=True) if kind is str else None
+def _adapter(kind: Any) -> TypeAdapter:
+    """What reads values of a kind; bare types are read as strictly as the tables."""
+    return TypeAdapter(kind, config=ConfigDict(strict=True) if kind is str else None)
 
 
 def _problem(error: Any, where: Where, tagged: bool) -> Problem:

@@ -6,7 +6,7 @@ from mechanics.description import Beam, Clamp, Description, Force, Revolute, Sit
 from meshes.generate import frames
 from meshes.materials import Material
 from meshes.sections import Section
-from meshes.truss import START, Hinge, Truss
+from meshes.truss import START, Hinge, Truss, loaded_corners
 
 LOADED = 24
 """Corners on which an oscillating force acts."""
@@ -39,14 +39,9 @@ def ring_description(
     loads = [
         Force(f"shaker_{i:02d}", _site(*truss.corners[c]), np.array([0.0, 0.0, 1.0]),
               _oscillation(amplitude, frequency, 2.0 * np.pi * i / LOADED))
-        for i, c in enumerate(loaded_corners(len(truss.corners)))
+        for i, c in enumerate(loaded_corners(len(truss.corners), LOADED))
     ]  # fmt: skip
     return Description(bodies, joints, loads)
-
-
-def loaded_corners(corners: int) -> list[int]:
-    """24 of the corners, evenly spread over the lower and then the upper ones."""
-    return [round((i + 0.5) * corners / LOADED - 0.5) for i in range(LOADED)]
 
 
 def _site(body: str, at: str) -> Site:

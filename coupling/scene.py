@@ -14,6 +14,7 @@ from pydantic.json_schema import SkipJsonSchema
 from coupling import quantities
 from coupling.body_tables import Body
 from coupling.fields import Count, Point, PositiveTime, Quantity, Table
+from coupling.generate_tables import RingTruss
 from coupling.heat_tables import MaterialTable, Thermal
 from coupling.joint_tables import Joint
 from coupling.load_tables import Gravity, Load
@@ -125,6 +126,7 @@ class Scene(BaseModel):
     time: Span
     coupling: Coupling = Field(default_factory=Coupling)
     integrator: Integrator = Field(default_factory=Integrator)
+    generate: dict[str, RingTruss] = Field(default_factory=dict)
     material: dict[str, MaterialTable] = Field(default_factory=dict)
     section: dict[str, Annotated[Section, Field(discriminator="kind")]] = Field(
         default_factory=dict

@@ -150,3 +150,8 @@ def _hinges(this: str, following: str, panel: Array) -> list[Hinge]:
         name, axis = f"{kind}_{this}", panel if turns else None
         found.append(Hinge(f"{name}_{at}", name, at, base, base_at, axis))
     return found
+
+
+def loaded_corners(corners: int, count: int) -> list[int]:
+    """``count`` of the corners, evenly spread over the lower and then the upper ones."""
+    return [round((i + 0.5) * corners / count - 0.5) for i in range(count)]

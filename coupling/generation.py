@@ -1,0 +1,94 @@
+"""[generate.NAME] written out: the tables that it stands for, as if they were in the file."""
+
+from collections.abc import Mapping
+from math import pi
+from typing import Any
+
+from coupling.generate_tables import RingTruss, Shock
+from meshes.truss import Hinge, Member, Truss, loaded_corners, ring_truss
+
+Tables = dict[str, Any]
+SLACK = 1e-9
+"""Angle within which a member counts as on the border of the two halves of a ring [rad]."""
+
+
+def made_by(table: RingTruss) -> Tables:
+    """The tables of a ring truss, in the form of TOML."""
+    truss = ring_truss(table.bays, table.diameter, table.height, table.pieces, table.fitting)
+    made: Tables = {
+        "body": {m.name: _member(m, table) for m in truss.members},
+        "joint": {h.name: _hinge(h) for h in truss.hinges},
+    }
+    if table.support == "clamp":
+        post, at = truss.corners[0]
+        made["joint"]["support"] = {"kind": "clamp", "a": {"body": post, "at": at}}
+    if table.shakers is not None:
+        made["load"] = _shakers(truss, table)
+    if table.shock is not None:
+        made["thermal"] = {"wall": {m.name: _wall(m, table.shock) for m in truss.members}}
+    return made
+
+
+def _member(member: Member, table: RingTruss) -> Tables:
+    start, end = member.points[0], member.points[-1]
+    along = [float(((p - start) @ (p - start)) ** 0.5) for p in member.points]
+    return {
+        "kind": "beam",
+        "start": start.tolist(),
+        "end": end.tolist(),
+        "nodes": along,
+        "normal": member.normal.tolist(),
+        "section": table.section,
+        "material": table.material,
+        "damping": table.damping,
+    }
+
+
+def _hinge(hinge: Hinge) -> Tables:
+    ends = {
+        "a": {"body": hinge.a, "at": hinge.at},
+        "b": {"body": hinge.base, "at": hinge.base_at},
+    }
+    if hinge.axis is None:
+        return {"kind": "spherical", **ends}
+    return {"kind": "revolute", **ends, "axis": hinge.axis.tolist()}
+
+
+def _shakers(truss: Truss, table: RingTruss) -> Tables:
+    assert table.shakers is not None
+    count, width = table.shakers.count, len(str(table.shakers.count - 1))
+    found = {}
+    for i, corner in enumerate(loaded_corners(len(truss.corners), count)):
+        post, at = truss.corners[corner]
+        sine = {
+            "amplitude": table.shakers.amplitude,
+            "frequency": table.shakers.frequency,
+            "phase": 2.0 * pi * i / count,
+            "offset": 0.0,
+        }
+        found[f"shaker_{i:0{width}d}"] = {
+            "kind": "force",
+            "at": {"body": post, "at": at},
+            "direction": [0.0, 0.0, 1.0],
+            "amplitude": {"sine": sine},
+        }
+    return found
+
+
+def _wall(member: Member, shock: Shock) -> Tables:
+    hot: Any = shock.first
+    if SLACK < member.angle < pi - SLACK:
+        end = shock.start + shock.duration
+        hot = {"ramp": {"start": shock.start, "end": end, "from": shock.first, "to": shock.last}}
+    return {"body": member.name, "side": member.normal.tolist(), "hot": hot, "cold": hot}
+
+
+def merged(made: Mapping[str, Any], given: Mapping[str, Any]) -> Tables:
+    """What was ``made``, changed and added to by what is ``given``."""
+    whole = dict(given)
+    for key, value in made.items():
+        if key not in given:
+            whole[key] = value
+        elif isinstance(value, Mapping) and isinstance(given[key], Mapping):
+            whole[key] = merged(value, given[key])
+    return whole
