@@ -15,6 +15,13 @@ area with it (multiplicative split: Stojanovic, Djuric & Vujosevic 1964; Lubarda
 expansion of any curved shell is free of stress to round-off; so is any reference shape. The warmer
 side becomes the outer one.
 
+Bicubic elements cannot bend without membrane strain of high order, which would lock thin curved
+shells: 20 % of the pinched hemisphere is missing on 4 x 4 elements. So the membrane energy is
+that of 2 x 2 Gauss points, but for the part f that keeps all of it (4 x 4 points) and with it the
+full rank. The order of convergence stays that of bending, h^4. As in beams (``line_elements``) f
+is in a fixed ratio to bending, f = ``MEMBRANE`` h^2/(12 min(a, b)^2) <= 1: such strains may not
+relax so far that a strip buckles inside its elements before it does as a whole.
+
 The surface is continuously differentiable (bicubic Hermite functions: Bogner, Fox & Schmit 1965),
 so that no rotations are needed. Shear deformation and rotary inertia are left out: both matter in
 (h/wavelength)^2. Mass is constant. Damping is S = C (strain + time * strain rate): objective.
@@ -30,6 +37,7 @@ from mechanics import shell48_kernels as kernels
 from mechanics.description import Shell
 from mechanics.layout import Layout
 from mechanics.shell48_kernels import (
+    BENT,
     COLUMNS,
     ETA,
     PLACE,
@@ -47,7 +55,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 CORNERS = np.stack([(1 - XI) * (1 - ETA), XI * (1 - ETA), XI * ETA, (1 - XI) * ETA], axis=1)
-"""(16, 4) bilinear weights of the corners at the points."""
+"""(20, 4) bilinear weights of the corners at the points."""
 
 
 class Shell48:
@@ -75,9 +83,11 @@ class Shell48:
         self.symmetric = all(s.damping_time == 0.0 for s in shells)
         own = [[s.thickness, s.damping_time, s.reference_temperature] for s in shells]
         self._thickness, time, self._unheated = np.repeat(own, quads, axis=0).T
+        sizes = np.concatenate([s.surface.sizes for s in shells])
+        full = np.minimum(1.0, line.MEMBRANE * self._thickness**2 / 12.0 / sizes.min(axis=1) ** 2)
+        self._share = np.where(np.arange(POINTS) < BENT, full[:, None], 1.0 - full[:, None])
         self._density = np.repeat([s.material.density for s in shells], quads)
         self._groups = _groups(shells, quads)
-        sizes = np.concatenate([s.surface.sizes for s in shells])
         table = _reference(layout.q0[self.dofs].reshape(-1, 16, 3), sizes)
         if not (table[:, :, 0] > 0.0).all():
             bad = self.names[int(np.argmin(table[:, :, 0].min(axis=1)))]
@@ -85,7 +95,7 @@ class Shell48:
         self.floats = np.hstack([sizes, time[:, None], table.reshape(len(sizes), -1)])
 
     def coefficients(self, T: Array) -> Array:
-        """Stiffness, Poisson's ratio, thermal stretch, free bending at all points, (n_e, 112).
+        """Stiffness, Poisson's ratio, thermal stretch, free bending at all points, (n_e, 140).
 
         The last two groups of columns, rates of the free strains, are zero. Temperatures are
         interpolated bilinearly inside the element. Smooth in T.
@@ -100,7 +110,10 @@ class Shell48:
         s, h = 1.0 + strain, self._thickness[:, None]
         C = E * h / (1.0 - nu**2)
         free = s * expansion * at[:, :, 2]
-        return np.hstack([C / s, C * s * h**2 / 12.0, nu, s, free, np.zeros((len(s), 2 * POINTS))])
+        bending = C * s * h**2 / 12.0
+        bending[:, BENT:] = 0.0
+        parts = C / s * self._share, bending, nu, s, free
+        return np.hstack([*parts, np.zeros((len(s), 2 * POINTS))])
 
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
@@ -112,8 +125,8 @@ class Shell48:
         """(n_e, 48, 48) consistent mass."""
         a, b = self.floats[:, :2].T
         nodal = np.tile(np.stack([np.ones_like(a), a, b, a * b], axis=1), 4)
-        N = shapes(XI, ETA, 0, 0)
-        weight = (self._density * self._thickness)[:, None] * self._points()[:, :, 0]
+        N = shapes(XI, ETA, 0, 0)[:BENT]
+        weight = (self._density * self._thickness)[:, None] * self._points()[:, :BENT, 0]
         scalar = np.einsum("eg,gi,gj->eij", weight, N, N) * nodal[:, :, None] * nodal[:, None]
         return line.in_space(scalar)
 
@@ -128,13 +141,13 @@ class Shell48:
         kernels.stresses(y, v, coef, self.ints, self.floats, S)
         mean = np.einsum("g,egr->er", WEIGHTS, S)
         slopes = [12.0 * np.einsum("g,egr->er", WEIGHTS * (x - 0.5), S) for x in (XI, ETA)]
-        T, U, V = np.einsum("g,egk->ke", WEIGHTS, self._points()[:, :, 1:4])[:, :, None]
+        T, U, V = 0.5 * np.einsum("g,egk->ke", WEIGHTS, self._points()[:, :, 1:4])[:, :, None]
         along, across = T * slopes[0], U * slopes[0] + V * slopes[1]
         Q = along[:, [3, 5]] + across[:, [5, 4]]
         return np.hstack([mean, Q])
 
     def _points(self) -> Array:
-        """(n_e, 16, 7) what each point needs."""
+        """(n_e, 20, 7) what each point needs."""
         return self.floats[:, PLACE:].reshape(len(self.names), POINTS, WIDTH)
 
 
@@ -157,7 +170,7 @@ def _groups(shells: Sequence[Shell], quads: Sequence[int]) -> list[line.Group]:
 
 
 def _reference(X: Array, sizes: Array) -> Array:
-    """(n_e, 16, 7) weight [m^2], T, U, V, curvatures [1/m] at all points of the reference.
+    """(n_e, 20, 7) weight [m^2], T, U, V, curvatures [1/m] at all points of the reference.
 
     With x, y the parameters as fractions of the element, r_1 = T r_x and r_2 = U r_x + V r_y are
     orthonormal, r_1 along r_x.

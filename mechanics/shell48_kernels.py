@@ -17,9 +17,12 @@ from numba import njit
 
 from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 
-ORDER = 4
-"""Gauss points each way: as many as the bending of a bicubic plate needs to be exact."""
-POINTS = ORDER * ORDER
+FULL, REDUCED = 4, 2
+"""Gauss points each way. Four make the bending of a bicubic plate exact, and leave a single
+element without strain in rigid motion only; three would not. Most of the membrane stiffness is at
+two: see ``mechanics.shell48``."""
+BENT, POINTS = FULL**2, FULL**2 + REDUCED**2
+"""Points where the shell resists bending too, and all points: the reduced ones come last."""
 SIZES, TIME, PLACE, WIDTH = 0, 2, 3, 7
 """Columns of floats: a, b [m], damping time [s], then for each point weight [m^2], three numbers
 that make the orthonormal directions from the parameters, three curvatures [1/m] of the reference.
@@ -46,14 +49,19 @@ def shapes(x, y, i, j):
     return np.stack(nodal, axis=-1)
 
 
-_GAUSS, _WEIGHT = np.polynomial.legendre.leggauss(ORDER)
-XI, ETA = (x.ravel() for x in np.meshgrid(0.5 + 0.5 * _GAUSS, 0.5 + 0.5 * _GAUSS, indexing="ij"))
-"""(16,) points as fractions of the element."""
-WEIGHTS = np.outer(0.5 * _WEIGHT, 0.5 * _WEIGHT).ravel()
+def _points(order):
+    """(3, order^2) x, y as fractions of the element, and weights, whose sum is 1."""
+    x, w = np.polynomial.legendre.leggauss(order)
+    X, Y = np.meshgrid(0.5 + 0.5 * x, 0.5 + 0.5 * x, indexing="ij")
+    return np.stack([X.ravel(), Y.ravel(), 0.25 * np.outer(w, w).ravel()])
+
+
+XI, ETA, WEIGHTS = np.hstack([_points(FULL), _points(REDUCED)])
+"""(20,) each."""
 TABLE = np.stack(
     [shapes(XI, ETA, i, j) for i, j in ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))], axis=1
 )
-"""(16, 5, 16) derivatives by x, y, xx, yy, xy of all shapes at all points."""
+"""(20, 5, 16) derivatives by x, y, xx, yy, xy of all shapes at all points."""
 
 
 @njit(cache=True, error_model="numpy")
