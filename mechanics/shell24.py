@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from mechanics.description import Shell
 from mechanics.layout import Layout
-from mechanics.shell_solid import Scheme, SolidShell, bilinear, normal_squares, product
+from mechanics.shell_integrals import Scheme, bilinear, normal_squares, product
+from mechanics.shell_solid import SolidShell
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def shape(xi: float, eta: float) -> Array:
 
 
 def strains(xi: float, eta: float) -> Array:
-    """(3, 6, 28) covariant strains, see ``shell_solid.Scheme``."""
+    """(3, 6, 28) covariant strains, see ``shell_integrals.Scheme``."""
     _, r1, r2 = shape(xi, eta)
     _, n1, n2 = _normals(xi, eta)
     N = bilinear(xi, eta)

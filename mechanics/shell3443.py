@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from mechanics.description import Shell
 from mechanics.layout import Layout
-from mechanics.shell_solid import CORNERS, Scheme, SolidShell, bilinear, normal_squares, product
+from mechanics.shell_integrals import CORNERS, Scheme, bilinear, normal_squares, product
+from mechanics.shell_solid import SolidShell
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ def shape(xi: float, eta: float) -> Array:
 
 
 def naive_strains(xi: float, eta: float) -> Array:
-    """(3, 6, 120) covariant strains of the continuum, see ``shell_solid.Scheme``."""
+    """(3, 6, 120) covariant strains of the continuum, see ``shell_integrals.Scheme``."""
     _, r1, r2 = shape(xi, eta)
     n, n1, n2 = _normals(xi, eta)
     E = _surface_strains(xi, eta)
