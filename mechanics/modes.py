@@ -4,33 +4,51 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, null_space
+from scipy.sparse import csc_array
 
+from mechanics.eigen import ROUNDING, lowest, negatives, ratio
 from mechanics.system import Coefficients, Factors, System
 
 Array = NDArray[np.float64]
 
 
 class Modes(NamedTuple):
-    """frequencies : (k,) float [Hz], negative where the state is unstable; shapes : (n, k) float"""
+    """Vibrations about a state.
+
+    frequencies : (k,) float [Hz], ascending, negative where the state is unstable
+    shapes : (n, k) float  with x^T M x = 1
+    unstable : int  number of motions that grow, among all
+    """
 
     frequencies: Array
     shapes: Array
+    unstable: int
 
 
-def modes(system: System, q: Array, lam: Array, coef: Coefficients, count: int) -> Modes:
+def modes(
+    system: System, q: Array, lam: Array, coef: Coefficients, count: int, t: float = 0.0
+) -> Modes:
     """The ``count`` lowest modes of the motion that the constraints allow.
 
     The tangent stiffness about ``q`` holds the geometric stiffness of the stresses and of the
-    multipliers ``lam``, hence the effect of thermal loads. Dense: meant for a few thousand
-    coordinates at most.
+    multipliers ``lam``, hence the effect of thermal loads. Loads and drives are those at ``t``
+    (in statics: the load factor).
     """
-    rest = np.zeros(system.n)
-    data = system.matrix(q, rest, 0.0, lam, coef, system.apart, Factors(0.0, 1.0, 0.0))
-    full = system.pattern.matrix(data).toarray()
-    n = system.n
-    free = null_space(full[n:, :n]) if system.m else np.eye(n)
-    stiffness = free.T @ full[:n, :n] @ free
-    inertia = free.T @ (system.mass @ free)
-    squares, shapes = eigh(0.5 * (stiffness + stiffness.T), inertia, subset_by_index=[0, count - 1])
-    return Modes(np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi), free @ shapes)
+    K, B = stiffness(system, np.concatenate([q, lam]), t, coef)
+    M = csc_array(system.mass)
+    squares, shapes = lowest(K, M, B, count, system.scale)
+    frequencies = np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi)
+    unstable = int(np.count_nonzero(squares < -ROUNDING * ratio(K, M, system.scale)))
+    if unstable == len(squares):
+        unstable = negatives(K, B)
+    return Modes(frequencies, shapes, unstable)
+
+
+def stiffness(
+    system: System, y: Array, t: float, coef: Coefficients
+) -> tuple[csc_array, csc_array]:
+    """Tangent stiffness K (n, n) and constraint matrix B (m, n) about ``y`` (n + m,)."""
+    n, factors = system.n, Factors(0.0, 1.0, 0.0)
+    data = system.matrix(y, np.zeros_like(y), t, coef, factors)
+    matrix = system.pattern.matrix(data)
+    return csc_array(matrix[:n, :n]), csc_array(matrix[n:, :n])

@@ -1,21 +1,50 @@
-"""Equilibrium by the same residual as the dynamics, with load stepping."""
+"""Equilibrium by the same residual as the dynamics: load stepping, Newton, line search.
+
+Newton's matrix takes the stress in the geometric stiffness from the linear prediction of the
+step before (``mechanics.prediction``). Its steps are taken in full, but for a limit on their
+length: shortened ones do worse with large rotations. A load step that does not converge is
+halved; small ones are tried with a line search on the natural level (Deuflhard 2011, Newton
+Methods for Nonlinear Problems, sec. 3.3), which holds with constraints as without and does not
+mind, as the residual does, how much stiffer a beam is along its axis than across.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanics.factor import Solve
+from mechanics.mechanism import free_motions
+from mechanics.prediction import predicted
 from mechanics.system import Coefficients, Factors, System
 
 Array = NDArray[np.float64]
 
-LARGEST_CORRECTION = 0.3
+STIFFNESS = Factors(0.0, 1.0, 0.0)
+
+LARGEST_CORRECTION = 1.0
 """A longer Newton correction is shortened to this, relative to ``System.scale`` (~ radians)."""
+
+LARGEST_STEP = 1.0
+"""A load step that moves a coordinate further may end on another branch; it is halved."""
+
+SHORTEST = 1.0 / 64.0
+"""Smallest part of a correction that the line search leaves [-]."""
+
+BALANCE = 1e-8
+"""Unbalanced force allowed, relative to the largest load or reaction [-]."""
+
+ROUNDING = 1e-12
+"""Unbalanced force that rounding of the coordinates may leave, relative to stiffness [-]."""
+
+EASY, GROWTH = 4, 4.0
+"""Iterations after which the next load step is doubled; largest step, of the first one."""
 
 
 class Equilibrium(NamedTuple):
     """Coordinates, multipliers, spent Newton iterations, and the reason if there is none.
 
+    iterations : int  factorisations of the stiffness
     fraction : float  part of the load that is carried by ``q``; 1 when all went well
     """
 
@@ -23,6 +52,15 @@ class Equilibrium(NamedTuple):
     lam: Array
     iterations: int
     fraction: float
+    why: str
+
+
+class Found(NamedTuple):
+    """Where Newton ended; ``worst`` is the unknown that moves, or is out of balance, most."""
+
+    y: Array
+    iterations: int
+    worst: int
     why: str
 
 
@@ -38,54 +76,152 @@ def equilibrium(
     """Static equilibrium at load factor 1.
 
     Loads and drives follow their histories with the load factor, from 0 to 1, in place of
-    time; coefficients go linearly from ``c0`` to ``c1``. A load step that does not converge
-    is halved, down to 1/1024 of the first one.
+    time; coefficients go linearly from ``c0`` to ``c1``.
+
+    Parameters
+    ----------
+    steps : the first load step is 1/steps; easy ones grow up to fourfold, one that does not
+        converge is halved, down to 1/1024 of the first
+    start : coordinates and multipliers to begin with; the reference
+    tolerance : largest remaining correction, relative to ``System.scale``
+    iterations : allowed in one load step
     """
-    q, lam = (system.layout.q0, np.zeros(system.m)) if start is None else (start.q, start.lam)
+    y = at_rest(system) if start is None else np.concatenate([start.q, start.lam])
     fraction, increment, spent = 0.0, 1.0 / steps, 0
     while fraction < 1.0:
         goal = min(1.0, fraction + increment)
         if 1.0 - goal < 1e-9:
             goal = 1.0
-        coef = tuple(a + goal * (b - a) for a, b in zip(c0, c1, strict=True))
-        found = _newton(system, q, lam, goal, coef, tolerance, iterations)
+        small = increment <= 1.0 / (8 * steps)
+        found = newton(system, y, goal, between(c0, c1, goal), tolerance, iterations, careful=small)
         spent += found.iterations
-        if not found.why:
-            q, lam, fraction = found.q, found.lam, goal
-        elif increment > 1.0 / (1024 * steps):
-            increment *= 0.5
-        else:
-            return Equilibrium(q, lam, spent, fraction, found.why)
-    return Equilibrium(q, lam, spent, 1.0, "")
+        moved = float(np.max(np.abs(found.y - y)[: system.n] / system.scale, initial=0.0))
+        if not found.why and (moved <= LARGEST_STEP or small):
+            y, fraction = found.y, goal
+            if found.iterations <= EASY and moved < 0.5 * LARGEST_STEP:
+                increment = min(2.0 * increment, GROWTH / steps)
+            continue
+        loose = free_motions(system, y, c0) if found.why and fraction == 0.0 else []
+        if loose or increment <= 1.0 / (1024 * steps):
+            return Equilibrium(y[: system.n], y[system.n :], spent, fraction, _why(found, loose))
+        increment *= 0.5
+    return Equilibrium(y[: system.n], y[system.n :], spent, 1.0, "")
 
 
-def _newton(
+def _why(found: Found, loose: list[str]) -> str:
+    return "nothing holds " + "; ".join(loose) if loose else found.why
+
+
+def at_rest(system: System) -> Array:
+    """Reference coordinates and no multipliers, (n + m,)."""
+    return np.concatenate([system.layout.q0, np.zeros(system.m)])
+
+
+def between(c0: Coefficients, c1: Coefficients, fraction: float) -> Coefficients:
+    """Coefficients at a load factor."""
+    return tuple(a + fraction * (b - a) for a, b in zip(c0, c1, strict=True))
+
+
+def load_change(
+    system: System, y: Array, c0: Coefficients, c1: Coefficients, fraction: float
+) -> Array:
+    """(n + m,) change of the residual with the load factor, coordinates held."""
+    h, still = 1e-4, np.zeros_like(y)
+    ahead, behind = (
+        system.residual(y, still, p, between(c0, c1, p)) for p in (fraction + h, fraction - h)
+    )
+    return (ahead - behind) / (2.0 * h)
+
+
+def newton(
     system: System,
-    q: Array,
-    lam: Array,
-    goal: float,
+    y: Array,
+    t: float,
     coef: Coefficients,
     tolerance: float,
     iterations: int,
-) -> Equilibrium:
-    n, rest = system.n, np.zeros(system.n)
-    worst = 0
+    careful: bool = False,
+) -> Found:
+    """Solve for the equilibrium at load factor ``t``, starting from ``y`` (n + m,).
+
+    careful : with the line search
+    """
+    n, still, worst, stressed = system.n, np.zeros_like(y), 0, coef
     for count in range(1, iterations + 1):
-        residual = system.force(q, rest, goal, coef, system.apart)
-        phi = system.constraints.add_force(q, goal, lam, residual)
-        data = system.matrix(q, rest, goal, lam, coef, system.apart, Factors(0.0, 1.0, 0.0))
+        residual = system.residual(y, still, t, coef)
+        data = system.matrix(y, still, t, stressed, STIFFNESS)
         solve = system.factorise(data)
         if solve is None:
-            return Equilibrium(q, lam, count, goal, "the stiffness matrix is singular")
-        x = solve(-np.concatenate([residual, phi]))
-        sizes = np.abs(x[:n]) / system.scale
-        worst = int(np.argmax(sizes))
-        size = float(sizes[worst])
-        if not np.isfinite(size):
+            return Found(y, count, worst, f"the stiffness is singular at load factor {t:.6g}")
+        step = solve(-residual)
+        size = np.abs(step[:n]) / system.scale
+        worst = int(np.argmax(size))
+        if not np.isfinite(size[worst]):
             break
-        shorten = min(1.0, LARGEST_CORRECTION / max(size, 1e-300))
-        q, lam = q + shorten * x[:n], lam + shorten * x[n:]
-        if size <= tolerance:
-            return Equilibrium(q, lam, count, goal, "")
-    why = f"statics did not converge at load factor {goal:.6g}, {system.name_of(worst)}"
-    return Equilibrium(q, lam, iterations, goal, why)
+        if size[worst] <= tolerance:
+            y = y + step
+            heavy = unbalanced(system, y, t, coef, data, system.residual(y, still, t, coef))
+            if heavy is None:
+                return Found(y, count, worst, "")
+            worst, stressed = heavy, coef
+            continue
+        step *= min(1.0, LARGEST_CORRECTION / float(size[worst]))
+        if careful:
+            step *= _part(system, y, t, (coef, stressed), step, solve)
+        stressed = predicted(system, coef, y, step, y + step)
+        y = y + step
+    why = f"statics did not converge at load factor {t:.6g}, {system.name_of(worst)}"
+    return Found(y, count, worst, why)
+
+
+def _part(
+    system: System,
+    y: Array,
+    t: float,
+    coef: tuple[Coefficients, Coefficients],
+    step: Array,
+    solve: Solve,
+) -> float:
+    """Part of a step that the line search leaves: 1, 1/2 ... ``SHORTEST``.
+
+    The level at the new place is the length of the correction that the factors of the old one
+    give there, for coordinates and predicted stresses together: unbalanced forces with the
+    predicted stress, and at the old place those of the strains by which it was wrong.
+    """
+    exact, stressed = coef
+    still, part = np.zeros_like(y), 1.0
+    before, here = _level(system, step), system.residual(y, still, t, stressed)
+    while part > SHORTEST:
+        new = y + part * step
+        ahead = predicted(system, exact, y, part * step, new)
+        wrong = tuple(s + e - a for s, e, a in zip(stressed, exact, ahead, strict=True))
+        change = system.residual(y, still, t, wrong) - here
+        rest = solve(-system.residual(new, still, t, ahead) - change)
+        if _level(system, rest) <= (1.0 - 0.25 * part) * before:  # False if not a number
+            break
+        part *= 0.5
+    return part
+
+
+def _level(system: System, step: Array) -> float:
+    return float(np.linalg.norm(step[: system.n] / system.scale))
+
+
+def unbalanced(
+    system: System, y: Array, t: float, coef: Coefficients, data: Array, residual: Array
+) -> int | None:
+    """The unknown that is most out of balance, or None if all are within bounds.
+
+    Forces are compared with the largest load or reaction, both times the size of their
+    coordinate, and with what rounding of the coordinates leaves; constraints with their slope.
+    """
+    n, scale = system.n, system.scale
+    matrix = system.pattern.matrix(data)
+    slope = abs(matrix[:, :n]) @ np.maximum(scale, np.abs(y[:n]))
+    loads = np.abs(system.external(y, t, coef)), np.abs(matrix[:n, n:] @ y[n:])
+    largest = max(float(np.max(load * scale, initial=0.0)) for load in loads)
+    allowed = ROUNDING * slope
+    allowed[:n] += BALANCE * largest / scale
+    excess = np.abs(residual) / np.maximum(allowed, 1e-300)
+    worst = int(np.argmax(excess))
+    return worst if not excess[worst] <= 1.0 else None

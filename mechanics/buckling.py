@@ -1,0 +1,103 @@
+"""Loads at which a structure buckles, linearised about a state."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from mechanics.eigen import basis, negatives, saddle_solve
+from mechanics.modes import stiffness
+from mechanics.statics import between, load_change
+from mechanics.system import Coefficients, Factors, System
+
+Array = NDArray[np.float64]
+
+STEP = 1e-4
+"""Change of the coordinates, relative to ``System.scale``, over which the tangent changes [-]."""
+
+
+class Buckling(NamedTuple):
+    """factors : (k,) float  load factors, ascending;  shapes : (n, k) float  largest change 1"""
+
+    factors: Array
+    shapes: Array
+
+
+def buckling(
+    system: System,
+    c0: Coefficients,
+    c1: Coefficients,
+    count: int = 1,
+    q: Array | None = None,
+    lam: Array | None = None,
+    fraction: float = 0.0,
+) -> Buckling:
+    """Lowest load factors above ``fraction`` at which the stiffness becomes singular.
+
+    The equilibrium ``q``, ``lam`` at ``fraction`` (default: the reference, without load) is
+    continued linearly: K + (p - fraction) dK/dp has no inverse. dK/dp is taken along the path,
+    with stresses, multipliers, loads, drives and temperatures, and with the change of shape that
+    classical buckling neglects. Coefficients go from ``c0`` to ``c1``. The factors are exact as
+    far as the path is straight: close to the state, or for stiff structures.
+
+    Raises
+    ------
+    ValueError : the state is unstable, or holds no stiffness at all
+    """
+    n = system.n
+    y = system.unknowns(system.layout.q0 if q is None else q, lam)
+    K, B = stiffness(system, y, fraction, between(c0, c1, fraction))
+    if negatives(K, B):
+        raise ValueError("buckling is sought from a stable state, and this one is not")
+    slope = _slope(system, y, c0, c1, fraction)
+    if count > (n - B.shape[0]) // 4:
+        theta, shapes = _dense(K, slope, B, count)
+    else:
+        theta, shapes = _lanczos(K, slope, B, count)
+    critical = theta > 0.0
+    order = np.argsort(1.0 / theta[critical])
+    shapes = shapes[:, critical][:, order]
+    largest = np.max(np.abs(shapes / system.scale[:, None]), axis=0)
+    return Buckling(fraction + 1.0 / theta[critical][order], shapes / largest)
+
+
+def _slope(
+    system: System, y: Array, c0: Coefficients, c1: Coefficients, fraction: float
+) -> csc_array:
+    """dK/dp (n, n) along the path."""
+    n, still = system.n, np.zeros_like(y)
+    coef = between(c0, c1, fraction)
+    solve = system.factorise(system.matrix(y, still, fraction, coef, Factors(0.0, 1.0, 0.0)))
+    if solve is None:
+        raise ValueError("buckling is sought from a stable state, and this one is not")
+    tangent = solve(-load_change(system, y, c0, c1, fraction))
+    fast = float(np.max(np.abs(tangent[:n]) / system.scale, initial=0.0))
+    h = STEP / fast if fast > 0.0 else STEP
+    ahead, behind = (
+        stiffness(system, y + s * h * tangent, fraction + s * h, between(c0, c1, fraction + s * h))
+        for s in (1.0, -1.0)
+    )
+    change = (ahead[0] - behind[0]) / (2.0 * h)
+    return csc_array(0.5 * (change + change.T))
+
+
+def _dense(K: csc_array, slope: csc_array, B: csc_array, count: int) -> tuple[Array, Array]:
+    free = basis(B)
+    grown, held = (free.T @ (A @ free) for A in (-slope, K))
+    theta, shapes = eigh(0.5 * (grown + grown.T), 0.5 * (held + held.T))
+    return theta[-count:], free @ shapes[:, -count:]
+
+
+def _lanczos(K: csc_array, slope: csc_array, B: csc_array, count: int) -> tuple[Array, Array]:
+    """-dK/dp x = theta K x with theta = 1/(p - fraction), the largest theta."""
+    n = K.shape[0]
+    inverse = saddle_solve(K, B)
+    operator = LinearOperator((n, n), matvec=inverse, dtype=float)
+    first = inverse(np.random.default_rng(0).standard_normal(n))
+    held = csc_array(0.5 * (K + K.T))
+    return eigsh(
+        -slope, count, held, Minv=operator, which="LA", v0=first, ncv=max(2 * count + 20, 40)
+    )

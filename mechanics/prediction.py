@@ -1,0 +1,42 @@
+"""The stress that Newton's method predicts, in place of the one at the new coordinates.
+
+Seen as unknowns of their own, stresses follow the linear prediction S + D B dq of the last step.
+Newton's method for (q, S), stresses eliminated, differs from the ordinary one only in the stress
+of the geometric stiffness (mixed integration point Newton; Magisano, Leonetti & Garcea 2017, Int.
+J. Numer. Meth. Engng 109:1237). The ordinary one takes the stress of a rod that a large step of
+rotation has stretched by its square: much too large for what is slender.
+
+No kernel has to know: the stress of a term is D (strain - free strain), hence its tangent with
+free strains shifted by strain - predicted strain is the one wanted.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanics.system import Coefficients, System
+
+Array = NDArray[np.float64]
+
+
+def predicted(
+    system: System, coef: Coefficients, y: Array, step: Array, new: Array
+) -> Coefficients:
+    """Coefficients whose stresses at ``new`` are those predicted at ``y`` for ``step``."""
+    return tuple(
+        _shifted(term, c, y, step, new) for term, c in zip(system.terms, coef, strict=True)
+    )
+
+
+def _shifted(term: Any, coef: Array, y: Array, step: Array, new: Array) -> Array:
+    if term.name != "beam3243":
+        return coef
+    from mechanics.beam3243_kernels import STRAINS, evaluate
+
+    before, change, after, _ = np.empty((4, len(term.names), STRAINS))
+    evaluate(y, step, term.ints, term.floats, before, change)
+    evaluate(new, step, term.ints, term.floats, after, _)
+    shifted = coef.copy()
+    shifted[:, STRAINS : 2 * STRAINS] += after - before - change
+    return shifted
