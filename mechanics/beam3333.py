@@ -51,7 +51,7 @@ class Beam3333:
     ints, floats : see ``beam3333_kernels``
     """
 
-    name, symmetric = "beam3333", True
+    name = "beam3333"
 
     def __init__(self, beams: Sequence[Beam], layout: Layout):
         self.names = [str(name) for name in _spread(beams, [b.name for b in beams])]
@@ -70,6 +70,7 @@ class Beam3333:
         derivatives = shape_slopes(GAUSS) / self._slope[:, :2, None]
         self.floats = np.column_stack([tau, derivatives.reshape(-1, 6)])
         self._reference = self._strains(layout.q0, np.zeros_like(layout.q0))[0]
+        self.symmetric = not tau.any()
         self.signals: list = []
         self.force, self.tangent = kernels.add_force, kernels.add_tangent
         self.energy = kernels.add_energies

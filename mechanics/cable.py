@@ -62,7 +62,7 @@ class Cable:
     floats : (n_e, 2) float  length [m], damping time [s]
     """
 
-    name, symmetric = "cable", True
+    name = "cable"
 
     def __init__(self, beams: Sequence[Beam], layout: Layout):
         self.names = [str(name) for name in line.per_element(beams, [b.name for b in beams])]
@@ -81,6 +81,7 @@ class Cable:
         self._slack = line.membrane_slack(self._area, self._moment, self.length)
         self._axial = line.half_square(line.tangents(r, r_x, self.length))
         self._turning = self._reference_turning(layout.q0)
+        self.symmetric = not tau.any()
         self.signals: list = []
         self.force, self.tangent, self.energy = add_force, add_tangent, add_energies
 

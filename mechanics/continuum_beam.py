@@ -64,8 +64,6 @@ class ContinuumBeam:
     ints, floats : see ``continuum_beam_kernels``
     """
 
-    symmetric = True
-
     def __init__(self, beams: Sequence[Beam], layout: Layout, enhanced: bool):
         self.name = "beam3243-enhanced" if enhanced else "beam3243-continuum"
         self._enhanced = enhanced
@@ -85,6 +83,7 @@ class ContinuumBeam:
         laws = _laws(np.asarray(line.per_element(beams, factors)), self._on_axis, enhanced)
         self._volume, constants = _constants(X, self.length, self._points, laws)
         self.floats = np.column_stack([tau, constants.reshape(len(X), -1)])
+        self.symmetric = not tau.any()
         self.signals: list = []
         self.force, self.tangent = kernels.add_force, kernels.add_tangent
         self.energy = kernels.add_energies
