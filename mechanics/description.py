@@ -446,12 +446,27 @@ class Torque:
     amplitude: History
 
 
+@dataclass(frozen=True)
+class Traction:
+    """Dead load on a shell, per reference area, or per reference length of an edge.
+
+    direction : (3,) float;  amplitude : over time [N/m^2], or [N/m] on an edge
+    edge : nodes one after the other along grid lines; None: all of the surface
+    """
+
+    name: str
+    body: str
+    direction: Array
+    amplitude: History
+    edge: Sequence[int] | None = None
+
+
 Body = Beam | Particle | RigidBody | Shell
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
     | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing | ClearanceRevolute
 )  # fmt: skip
-Load = Force | Moment | Torque
+Load = Force | Moment | Torque | Traction
 
 
 @dataclass(frozen=True)
