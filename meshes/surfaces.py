@@ -1,6 +1,6 @@
 """Surfaces made of quadrilaterals, with the parametric derivatives that shell elements need."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Span = tuple[float, float]
+Count = int | Sequence[float]
+"""Number of elements of one size, or where the grid lines are, as fractions rising from 0 to 1."""
 Shape = Callable[[Array, Array], tuple[Array, Array, Array, Array]]
 
 WHOLE = (0.0, 2.0 * np.pi)
@@ -64,7 +66,7 @@ def patch(shape: Shape, u: ArrayLike, v: ArrayLike, closed: bool = False) -> Sur
     return Surface(points, np.stack(corners, axis=1).astype(np.intp), sizes, d_u, d_v, d_uv)
 
 
-def plate(length: float, width: float, n_u: int, n_v: int) -> Surface:
+def plate(length: float, width: float, n_u: Count, n_v: Count) -> Surface:
     """Rectangle in the plane z = 0, from the origin along x (u) and y (v); its normal is z."""
 
     def shape(u: Array, v: Array) -> tuple[Array, Array, Array, Array]:
@@ -75,7 +77,7 @@ def plate(length: float, width: float, n_u: int, n_v: int) -> Surface:
     return patch(shape, _lines((0.0, length), n_u), _lines((0.0, width), n_v))
 
 
-def tube(radius: float, length: float, n_u: int, n_v: int, angle: Span = WHOLE) -> Surface:
+def tube(radius: float, length: float, n_u: Count, n_v: Count, angle: Span = WHOLE) -> Surface:
     """Circular cylinder about z, from z = 0: u runs around it, v along it; the normal is outward.
 
     angle : [rad]  from x towards y; a full turn is closed, anything less is a panel
@@ -91,7 +93,7 @@ def tube(radius: float, length: float, n_u: int, n_v: int, angle: Span = WHOLE) 
     return patch(shape, u, _lines((0.0, length), n_v), closed=_is_whole(angle))
 
 
-def annulus(inner: float, outer: float, n_u: int, n_v: int, angle: Span = WHOLE) -> Surface:
+def annulus(inner: float, outer: float, n_u: Count, n_v: Count, angle: Span = WHOLE) -> Surface:
     """Annular sector in z = 0, slit along its first radius: u outward, v around; normal z.
 
     angle : [rad]  from x towards y; a full turn remains slit, with two edges in one place
@@ -108,7 +110,7 @@ def annulus(inner: float, outer: float, n_u: int, n_v: int, angle: Span = WHOLE)
     return patch(shape, _lines((inner, outer), n_u), middle * _lines(angle, n_v))
 
 
-def sphere(radius: float, n_u: int, n_v: int, latitude: Span, azimuth: Span = WHOLE) -> Surface:
+def sphere(radius: float, n_u: Count, n_v: Count, latitude: Span, azimuth: Span = WHOLE) -> Surface:
     """Part of a sphere about the origin: u runs around z, v up to the pole; outward normal.
 
     latitude : [rad]  from the plane z = 0; the poles themselves are no part of it
@@ -137,10 +139,11 @@ def placed(surface: Surface, origin: ArrayLike, axes: ArrayLike) -> Surface:
     return replace(surface, points=np.asarray(origin, float) + surface.points @ turn, **vectors)
 
 
-def _lines(span: Span, count: int) -> Array:
-    if count < 1:
+def _lines(span: Span, count: Count) -> Array:
+    if isinstance(count, int) and count < 1:
         raise ValueError(f"a surface needs at least one element each way, got {count}")
-    return np.linspace(span[0], span[1], count + 1)
+    fractions = np.linspace(0.0, 1.0, count + 1) if isinstance(count, int) else np.asarray(count)
+    return span[0] + (span[1] - span[0]) * fractions
 
 
 def _is_whole(angle: Span) -> bool:
