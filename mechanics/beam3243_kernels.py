@@ -1,7 +1,7 @@
 """Strains, forces and tangents of the beam of ``mechanics.beam3243``.
 
 An element is described by seven vectors X: c = (r_b - r_a)/L, then r_x, d2, d3 at node a, then
-r_x, d2, d3 at node b; only c contains the length. Its strains eps are made in four sweeps:
+r_x, d2, d3 at node b; only c contains the length. Its strains eps are made in five sweeps:
 
 1. sums of products X_J.X_K, by table;
 2. u.n_k at four points: u = L r'' at two Gauss points (bending), u = r_x at two nodes (shear);
@@ -9,8 +9,14 @@ r_x, d2, d3 at node b; only c contains the length. Its strains eps are made in f
 4. bending divided by Gamma_1, the component of r' along the normal of the section;
 5. sums of products again: what torsion owes to bending.
 
-The tangent goes the same way back. The tables are baked into the compiled kernels; they and what
-they are made of are pure numbers (Hermite, Gauss, Legendre), not parameters.
+Forces go the same way back, number by number (reverse differentiation). What the first two sweeps
+make are the measures z. All that the others do to them happens among the twelve ``INNER`` ones,
+so that the tangent is made of small matrices: derivatives J of the strains in the inner measures,
+H = sum J D J + curvatures, and last G^T H G with the gradients G of the measures in X. Rows in X
+are 24 numbers long instead of 21, a multiple of what processors add at once.
+
+The tables are baked into the compiled kernels; they and what they are made of are pure numbers
+(Hermite, Gauss, Legendre), not parameters.
 """
 
 import numpy as np
@@ -45,6 +51,10 @@ MAGNUS = np.sqrt(3.0) / 12.0
 other: MAGNUS (b_2 c_3 - b_3 c_2), the second term of the expansion of Magnus (1954) for a
 curvature that is linear in x."""
 STRAINS, ROWS = 18, 22
+INNER = 12
+"""Number of measures on which later sweeps act: bending, shear, normal, turn and one."""
+LONG = 24
+"""Length of a row in X, with three zeros at its end."""
 AXIS = np.array([C, A1, B1], dtype=np.intp)
 """Vectors on which the axis depends."""
 
@@ -102,8 +112,15 @@ ROW, LEFT, RIGHT, FACTOR = _products_of_vectors()
 MIX_ROW, MIX_P, MIX_Q, MIX_FACTOR = _products_of_strains()
 SWEEP = np.array([0, MIX_FACTOR.size - 3, MIX_FACTOR.size], dtype=np.intp)
 """Where the third sweep begins, and the last, and where it ends."""
-NODAL = np.array([C, A1, A2, A3, C, B1, B2, B3], dtype=np.intp)
-"""The eight vectors of coordinates r, r_x, d2, d3, r, r_x, d2, d3 in terms of X."""
+INSIDE = np.array([*range(BENDING, TORSION), NORMAL, NORMAL + 1, TURN, ONE], dtype=np.intp)
+"""(12,) the inner measures."""
+PLACE = np.full(ROWS, -1, dtype=np.intp)
+PLACE[INSIDE] = np.arange(INNER)
+"""(22,) place of a row among the inner measures."""
+OUTER = np.array([*range(AXIAL, BENDING), *range(SECTION, NORMAL)], dtype=np.intp)
+"""Rows on which no other row depends."""
+PASSED = np.array([*range(BENDING, SECTION), NORMAL, NORMAL + 1, TURN], dtype=np.intp)
+"""Rows that depend on inner measures alone."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -117,11 +134,13 @@ def _gather(q, ints, e, L, X):
         X[12 + i] = q[b + 3 + i]
 
 
+# -- strains ---------------------------------------------------------------------------------------
+
+
 @njit(cache=True, error_model="numpy")
-def _strains(X, eps, B):
-    """Strains (22,) and their gradients (22, 21) with respect to X."""
-    Y = np.empty((2, 3))
-    _products(X, B)
+def _strains(X, eps, arms):
+    """Strains (22,), and of each point and k (8, 10) the vectors u, n = n_k and
+    (u - (u.n) n)/|d|, and 1/|d|."""
     eps[:] = 0.0
     for m in range(FACTOR.size):
         j, k = 3 * LEFT[m], 3 * RIGHT[m]
@@ -129,209 +148,141 @@ def _strains(X, eps, B):
         eps[ROW[m]] += FACTOR[m] * dot
     for g in range(4):
         for k in range(2):
-            _point(X, g, k, Y)
-            N, un = _normal(Y)
-            row = POINT_ROW[g, k]
-            eps[row] = un
+            row, arm = POINT_ROW[g, k], arms[2 * g + k]
+            dd, ud = 0.0, 0.0
             for i in range(3):
-                n = Y[1, i] / N
-                for m in range(3):
-                    B[row, 3 * AXIS[m] + i] += AHEAD[g, m] * n
-                for m in range(2):
-                    B[row, 9 * m + 6 + 3 * k + i] += ENDS[g, m] * (Y[0, i] - un * n) / N
+                arm[i] = AHEAD[g, 0] * X[i] + AHEAD[g, 1] * X[3 + i] + AHEAD[g, 2] * X[12 + i]
+                d = ENDS[g, 0] * X[6 + 3 * k + i] + ENDS[g, 1] * X[15 + 3 * k + i]
+                arm[3 + i] = d
+                dd += d * d
+                ud += arm[i] * d
+            N = 1.0 / np.sqrt(dd)
+            eps[row] = ud * N
+            arm[9] = N
+            for i in range(3):
+                arm[3 + i] *= N
+                arm[6 + i] = (arm[i] - eps[row] * arm[3 + i]) * N
     eps[ONE] = 1.0
-    _mix(eps, B, SWEEP[0], SWEEP[1])
+    _mix(eps, SWEEP[0], SWEEP[1])
+    for r in range(BENDING, SHEAR):
+        eps[r] /= np.sqrt(eps[NORMAL + (r - BENDING) % 2])
+    _mix(eps, SWEEP[1], SWEEP[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _mix(eps, first, end):
+    """Add products of strains to strains."""
+    for m in range(first, end):
+        eps[MIX_ROW[m]] += MIX_FACTOR[m] * eps[MIX_P[m]] * eps[MIX_Q[m]]
+
+
+@njit(cache=True, error_model="numpy")
+def _rates(X, V, eps, arms, rate):
+    """Rates (22,) of the strains."""
+    rate[:] = 0.0
+    for m in range(FACTOR.size):
+        j, k = 3 * LEFT[m], 3 * RIGHT[m]
+        for i in range(3):
+            rate[ROW[m]] += FACTOR[m] * (X[j + i] * V[k + i] + V[j + i] * X[k + i])
+    for g in range(4):
+        for k in range(2):
+            row, arm = POINT_ROW[g, k], arms[2 * g + k]
+            for i in range(3):
+                u = AHEAD[g, 0] * V[i] + AHEAD[g, 1] * V[3 + i] + AHEAD[g, 2] * V[12 + i]
+                d = ENDS[g, 0] * V[6 + 3 * k + i] + ENDS[g, 1] * V[15 + 3 * k + i]
+                rate[row] += arm[3 + i] * u + arm[6 + i] * d
+    _mixed_rates(eps, rate, SWEEP[0], SWEEP[1])
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
-        s = 1.0 / np.sqrt(eps[z])
-        eps[r] *= s
-        for j in range(21):
-            B[r, j] = s * B[r, j] - 0.5 * eps[r] / eps[z] * B[z, j]
-    _mix(eps, B, SWEEP[1], SWEEP[2])
+        rate[r] = rate[r] / np.sqrt(eps[z]) - 0.5 * eps[r] / eps[z] * rate[z]
+    _mixed_rates(eps, rate, SWEEP[1], SWEEP[2])
 
 
 @njit(cache=True, error_model="numpy")
-def _rates(B, V, rate):
-    for r in range(ROWS):
-        rate[r] = 0.0
-        for j in range(21):
-            rate[r] += B[r, j] * V[j]
-
-
-@njit(cache=True, error_model="numpy")
-def _products(X, B):
-    """Gradients (22, 21) of the sums of products of vectors; linear in X."""
-    B[:] = 0.0
-    for m in range(FACTOR.size):
-        for i in range(3):
-            j, k = 3 * LEFT[m] + i, 3 * RIGHT[m] + i
-            B[ROW[m], j] += FACTOR[m] * X[k]
-            B[ROW[m], k] += FACTOR[m] * X[j]
-
-
-@njit(cache=True, error_model="numpy")
-def _point(X, g, k, Y):
-    """u and d_k (2, 3) at point g."""
-    for i in range(3):
-        Y[0, i] = AHEAD[g, 0] * X[i] + AHEAD[g, 1] * X[3 + i] + AHEAD[g, 2] * X[12 + i]
-        Y[1, i] = ENDS[g, 0] * X[6 + 3 * k + i] + ENDS[g, 1] * X[15 + 3 * k + i]
-
-
-@njit(cache=True, error_model="numpy")
-def _normal(Y):
-    """|d| and u.n."""
-    dd, ud = 0.0, 0.0
-    for i in range(3):
-        dd += Y[1, i] * Y[1, i]
-        ud += Y[0, i] * Y[1, i]
-    N = np.sqrt(dd)
-    return N, ud / N
-
-
-@njit(cache=True, error_model="numpy")
-def _mix(eps, B, first, end):
-    """Add products of strains to strains and their gradients."""
+def _mixed_rates(eps, rate, first, end):
     for m in range(first, end):
-        r, p, q = MIX_ROW[m], MIX_P[m], MIX_Q[m]
-        a, b = MIX_FACTOR[m] * eps[p], MIX_FACTOR[m] * eps[q]
-        eps[r] += a * eps[q]
-        for j in range(21):
-            B[r, j] += a * B[q, j] + b * B[p, j]
+        p, q = MIX_P[m], MIX_Q[m]
+        rate[MIX_ROW[m]] += MIX_FACTOR[m] * (eps[p] * rate[q] + rate[p] * eps[q])
 
 
 @njit(cache=True, error_model="numpy")
-def _mix_rates(eps, rate, B, Bv, first, end):
-    """Add the rates of the same gradients to Bv."""
-    for m in range(first, end):
-        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
-        a, b, c, d = f * eps[p], f * eps[q], f * rate[p], f * rate[q]
-        for j in range(21):
-            Bv[r, j] += a * Bv[q, j] + b * Bv[p, j] + c * B[q, j] + d * B[p, j]
+def _stresses(coef, tau, eps, rate, S):
+    """Stress of each strain; rows that are no strains have none."""
+    S[STRAINS:] = 0.0
+    for r in range(STRAINS):
+        viscous = tau * (rate[r] - coef[2 * STRAINS + r])
+        S[r] = coef[r] * (eps[r] - coef[STRAINS + r] + viscous)
 
 
 @njit(cache=True, error_model="numpy")
-def _unmix(eps, B, S, W, first, end):
-    """Pass the stresses of the products on to their factors, and their curvature to W."""
+def _pass_on(eps, S, first, end):
+    """Pass the stresses of products on to their factors."""
     for m in range(first, end):
         p, q = MIX_P[m], MIX_Q[m]
         s = S[MIX_ROW[m]] * MIX_FACTOR[m]
         S[p] += s * eps[q]
         S[q] += s * eps[p]
-        for j in range(21):
-            W[p, j] += s * B[q, j]
-            W[q, j] += s * B[p, j]
 
 
 @njit(cache=True, error_model="numpy")
-def _undivide(eps, B, S, W):
-    """Pass the bending moments on to numerator and denominator, and their curvature to W.
-
-    b = eta z^-1/2 has the second derivative z^-1/2 eta'' - b/(2 z) z'' - (b' z' + z' b')/(2 z)
-    + b/(4 z^2) z' z'.
-    """
+def _divide_stresses(eps, S):
+    """Pass the bending moments on to numerator and denominator."""
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
-        half = 0.5 / eps[z]
-        for j in range(21):
-            W[r, j] -= half * S[r] * B[z, j]
-            W[z, j] -= half * S[r] * (B[r, j] - half * eps[r] * B[z, j])
-        S[z] -= half * eps[r] * S[r]
+        S[z] -= 0.5 * eps[r] / eps[z] * S[r]
         S[r] /= np.sqrt(eps[z])
 
 
 @njit(cache=True, error_model="numpy")
-def _divide_rates(eps, rate, B, Bv):
-    """Rates of the gradients of bending, from those of numerator and denominator."""
-    for r in range(BENDING, SHEAR):
-        z = NORMAL + (r - BENDING) % 2
-        s, half = 1.0 / np.sqrt(eps[z]), 0.5 / eps[z]
-        a = half * (half * eps[r] * rate[z] - rate[r])
-        for j in range(21):
-            Bv[r, j] = s * Bv[r, j] - half * (eps[r] * Bv[z, j] + rate[z] * B[r, j]) + a * B[z, j]
-
-
-@njit(cache=True, error_model="numpy")
-def _bend_points(X, V, S, damped, Bv, K):
-    """Add the second derivatives of u.n_k at the four points: times S to K, times V to Bv."""
-    Y, Yv, H, Hv = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 2, 3)), np.empty((2, 3))
+def _forces(X, arms, S, f):
+    """Forces (21,) of the stresses of the measures."""
+    f[:] = 0.0
+    for m in range(FACTOR.size):
+        j, k, s = 3 * LEFT[m], 3 * RIGHT[m], FACTOR[m] * S[ROW[m]]
+        for i in range(3):
+            f[j + i] += s * X[k + i]
+            f[k + i] += s * X[j + i]
     for g in range(4):
         for k in range(2):
-            row = POINT_ROW[g, k]
-            _point(X, g, k, Y)
-            _second(Y, H)
-            if damped:
-                _point(V, g, k, Yv)
-                for a in range(6):
-                    Hv[a // 3, a % 3] = 0.0
-                    for b in range(6):
-                        Hv[a // 3, a % 3] += H[a // 3, a % 3, b // 3, b % 3] * Yv[b // 3, b % 3]
-            for m in range(5):
-                M, P, w = _weight(g, k, m)
-                if damped:
-                    for i in range(3):
-                        Bv[row, M + i] += w * Hv[P, i]
-                for o in range(5):
-                    L, Q, x = _weight(g, k, o)
-                    if w * x != 0.0:
-                        for i in range(3):
-                            for j in range(3):
-                                K[M + i, L + j] += S[row] * w * x * H[P, i, Q, j]
-
-
-@njit(cache=True, error_model="numpy")
-def _weight(g, k, m):
-    """The m-th of five vectors at a point: its place in X, whether in u or in d, its weight."""
-    if m < 3:
-        return 3 * AXIS[m], 0, AHEAD[g, m]
-    return 9 * (m - 3) + 6 + 3 * k, 1, ENDS[g, m - 3]
-
-
-@njit(cache=True, error_model="numpy")
-def _second(Y, H):
-    """Second derivatives (2, 3, 2, 3) of u.n in u and d."""
-    N, un = _normal(Y)
-    for i in range(3):
-        for j in range(3):
-            one = 1.0 if i == j else 0.0
-            ni, nj = Y[1, i] / N, Y[1, j] / N
-            H[0, i, 0, j] = 0.0
-            H[0, i, 1, j] = H[1, j, 0, i] = (one - ni * nj) / N
-            bent = Y[0, i] * nj + ni * Y[0, j]
-            H[1, i, 1, j] = (un * (3.0 * ni * nj - one) - bent) / (N * N)
+            arm, s = arms[2 * g + k], S[POINT_ROW[g, k]]
+            for i in range(3):
+                for m in range(3):
+                    f[3 * AXIS[m] + i] += AHEAD[g, m] * s * arm[3 + i]
+                for m in range(2):
+                    f[9 * m + 6 + 3 * k + i] += ENDS[g, m] * s * arm[6 + i]
 
 
 @njit(cache=True, error_model="numpy")
 def evaluate(q, v, ints, floats, strains, rates):
     """Strains and their rates (n_e, 18) of all elements."""
-    X, V, B = np.empty(21), np.empty(21), np.empty((ROWS, 21))
+    X, V, arms = np.empty(21), np.empty(21), np.empty((8, 10))
     eps, rate = np.empty(ROWS), np.empty(ROWS)
     for e in range(len(floats)):
         _gather(q, ints, e, floats[e, 0], X)
         _gather(v, ints, e, floats[e, 0], V)
-        _strains(X, eps, B)
-        _rates(B, V, rate)
-        strains[e], rates[e] = eps[:STRAINS], rate[:STRAINS]
+        _strains(X, eps, arms)
+        _rates(X, V, eps, arms, rate)
+        for r in range(STRAINS):
+            strains[e, r], rates[e, r] = eps[r], rate[r]
 
 
 @kernel(FORCE)
 def add_force(y, v, coef, ints, floats, out):
     """Add the sum over strains of stress times gradient to ``out``."""
-    X, V, B = np.empty(21), np.empty(21), np.empty((ROWS, 21))
-    eps, rate, f = np.empty(ROWS), np.empty(ROWS), np.empty(21)
+    X, V, arms, f = np.empty(21), np.empty(21), np.empty((8, 10)), np.empty(21)
+    eps, rate, S = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS)
     for e in range(len(floats)):
         L, tau = floats[e, 0], floats[e, 1]
         _gather(y, ints, e, L, X)
-        _strains(X, eps, B)
-        rate[:] = 0.0
+        _strains(X, eps, arms)
         if tau > 0.0:
             _gather(v, ints, e, L, V)
-            _rates(B, V, rate)
-        f[:] = 0.0
-        for r in range(STRAINS):
-            viscous = tau * (rate[r] - coef[e, 2 * STRAINS + r])
-            S = coef[e, r] * (eps[r] - coef[e, STRAINS + r] + viscous)
-            for j in range(21):
-                f[j] += S * B[r, j]
+            _rates(X, V, eps, arms, rate)
+        _stresses(coef[e], tau, eps, rate, S)
+        _pass_on(eps, S, SWEEP[1], SWEEP[2])
+        _divide_stresses(eps, S)
+        _pass_on(eps, S, SWEEP[0], SWEEP[1])
+        _forces(X, arms, S, f)
         a, b = ints[e, 0], ints[e, 1]
         for i in range(3):
             out[a + i] -= f[i] / L
@@ -344,8 +295,7 @@ def add_force(y, v, coef, ints, floats, out):
 @kernel(ENERGY)
 def add_energy(y, v, coef, ints, floats, out):
     """Add elastic energy, and powers lost in damping and done by it on changing free strains."""
-    strains = np.empty((len(floats), STRAINS))
-    rates = np.empty((len(floats), STRAINS))
+    strains, rates = np.empty((len(floats), STRAINS)), np.empty((len(floats), STRAINS))
     evaluate(y, v, ints, floats, strains, rates)
     for e in range(len(floats)):
         for r in range(STRAINS):
@@ -356,56 +306,268 @@ def add_energy(y, v, coef, ints, floats, out):
             out[2] += viscous * heated
 
 
+# -- tangent ---------------------------------------------------------------------------------------
+
+
+@njit(cache=True, error_model="numpy")
+def _products(X, G):
+    """Gradients (22, 24) of the sums of products of vectors; linear in X."""
+    for m in range(FACTOR.size):
+        row, j, k, factor = ROW[m], 3 * LEFT[m], 3 * RIGHT[m], FACTOR[m]
+        for i in range(3):
+            G[row, j + i] += factor * X[k + i]
+            G[row, k + i] += factor * X[j + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _points(arms, G):
+    """Gradients of u.n_k at the four points."""
+    for g in range(4):
+        for k in range(2):
+            row, arm = POINT_ROW[g, k], arms[2 * g + k]
+            for i in range(3):
+                for m in range(3):
+                    G[row, 3 * AXIS[m] + i] += AHEAD[g, m] * arm[3 + i]
+                for m in range(2):
+                    G[row, 9 * m + 6 + 3 * k + i] += ENDS[g, m] * arm[6 + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _derivatives(eps, J):
+    """Derivatives (22, 12) of the strains in the inner measures."""
+    J[:] = 0.0
+    for r in range(ROWS):
+        if PLACE[r] >= 0:
+            J[r, PLACE[r]] = 1.0
+    _mixed_rows(eps, J, SWEEP[0], SWEEP[1])
+    for r in range(BENDING, SHEAR):
+        z = NORMAL + (r - BENDING) % 2
+        s, half = 1.0 / np.sqrt(eps[z]), 0.5 * eps[r] / eps[z]
+        for j in range(INNER):
+            J[r, j] = s * J[r, j] - half * J[z, j]
+    _mixed_rows(eps, J, SWEEP[1], SWEEP[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _mixed_rows(eps, J, first, end):
+    """Add the gradients of products of strains."""
+    for m in range(first, end):
+        r, p, q = MIX_ROW[m], MIX_P[m], MIX_Q[m]
+        a, b = MIX_FACTOR[m] * eps[p], MIX_FACTOR[m] * eps[q]
+        for j in range(INNER):
+            J[r, j] += a * J[q, j] + b * J[p, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _change_of_rows(eps, rate, J, Jv, first, end):
+    """Add the rates of the same gradients to Jv."""
+    for m in range(first, end):
+        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
+        a, b, c, d = f * eps[p], f * eps[q], f * rate[p], f * rate[q]
+        for j in range(INNER):
+            Jv[r, j] += a * Jv[q, j] + b * Jv[p, j] + c * J[q, j] + d * J[p, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _changes(eps, rate, J, Jv):
+    """Rates (22, 12) of the derivatives."""
+    Jv[:] = 0.0
+    _change_of_rows(eps, rate, J, Jv, SWEEP[0], SWEEP[1])
+    for r in range(BENDING, SHEAR):
+        z = NORMAL + (r - BENDING) % 2
+        s, half = 1.0 / np.sqrt(eps[z]), 0.5 / eps[z]
+        a = half * (half * eps[r] * rate[z] - rate[r])
+        for j in range(INNER):
+            Jv[r, j] = s * Jv[r, j] - half * (eps[r] * Jv[z, j] + rate[z] * J[r, j]) + a * J[z, j]
+    _change_of_rows(eps, rate, J, Jv, SWEEP[1], SWEEP[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _curve(J, S, W, first, end):
+    """Add the curvatures of products of strains to W."""
+    for m in range(first, end):
+        p, q, s = MIX_P[m], MIX_Q[m], S[MIX_ROW[m]] * MIX_FACTOR[m]
+        for j in range(INNER):
+            W[p, j] += s * J[q, j]
+            W[q, j] += s * J[p, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _curvatures(eps, J, S, W):
+    """Curvatures of the strains, W (22, 12) such that their sum is J_r (x) W_r; S becomes the
+    stresses of the measures.
+
+    b = eta z^-1/2 has the second derivative z^-1/2 eta'' - b/(2 z) z'' - (b' z' + z' b')/(2 z)
+    + b/(4 z^2) z' z'.
+    """
+    W[:] = 0.0
+    _curve(J, S, W, SWEEP[1], SWEEP[2])
+    _pass_on(eps, S, SWEEP[1], SWEEP[2])
+    for r in range(BENDING, SHEAR):
+        z = NORMAL + (r - BENDING) % 2
+        half = 0.5 / eps[z]
+        for j in range(INNER):
+            W[r, j] -= half * S[r] * J[z, j]
+            W[z, j] -= half * S[r] * (J[r, j] - half * eps[r] * J[z, j])
+    _divide_stresses(eps, S)
+    _curve(J, S, W, SWEEP[0], SWEEP[1])
+    _pass_on(eps, S, SWEEP[0], SWEEP[1])
+
+
+@njit(cache=True, error_model="numpy")
+def _second(arm, E, F):
+    """Second derivatives of u.n: E (3, 3) in u and d, F (3, 3) in d and d."""
+    un = arm[0] * arm[3] + arm[1] * arm[4] + arm[2] * arm[5]
+    for i in range(3):
+        for j in range(3):
+            one = 1.0 if i == j else 0.0
+            nn = arm[3 + i] * arm[3 + j]
+            E[i, j] = (one - nn) * arm[9]
+            bent = arm[i] * arm[3 + j] + arm[3 + i] * arm[j]
+            F[i, j] = (un * (3.0 * nn - one) - bent) * arm[9] * arm[9]
+
+
+@njit(cache=True, error_model="numpy")
+def _arm_rates(V, g, k, E, F, arm):
+    """Rates of n_k and of (u - (u.n) n)/|d|."""
+    for i in range(3, 9):
+        arm[i] = 0.0
+    for j in range(3):
+        u = AHEAD[g, 0] * V[j] + AHEAD[g, 1] * V[3 + j] + AHEAD[g, 2] * V[12 + j]
+        d = ENDS[g, 0] * V[6 + 3 * k + j] + ENDS[g, 1] * V[15 + 3 * k + j]
+        for i in range(3):
+            arm[3 + i] += E[i, j] * d
+            arm[6 + i] += E[i, j] * u + F[i, j] * d
+
+
+@njit(cache=True, error_model="numpy")
+def _measures(X, V, arms, S, damped, arms_v, K):
+    """Second derivatives of the measures: times S added to K, times V in ``arms_v``."""
+    E, F = np.empty((3, 3)), np.empty((3, 3))
+    for m in range(FACTOR.size):
+        j, k, s = 3 * LEFT[m], 3 * RIGHT[m], FACTOR[m] * S[ROW[m]]
+        for i in range(3):
+            K[j + i, k + i] += s
+            K[k + i, j + i] += s
+    for g in range(4):
+        for k in range(2):
+            arm, s = arms[2 * g + k], S[POINT_ROW[g, k]]
+            _second(arm, E, F)
+            if damped:
+                _arm_rates(V, g, k, E, F, arms_v[2 * g + k])
+            for o in range(2):
+                L = 9 * o + 6 + 3 * k
+                for m in range(3):
+                    M, c = 3 * AXIS[m], s * AHEAD[g, m] * ENDS[g, o]
+                    if c != 0.0:
+                        for i in range(3):
+                            for j in range(3):
+                                K[M + i, L + j] += c * E[i, j]
+                                K[L + j, M + i] += c * E[i, j]
+                for m in range(2):
+                    M, c = 9 * m + 6 + 3 * k, s * ENDS[g, m] * ENDS[g, o]
+                    if c != 0.0:
+                        for i in range(3):
+                            for j in range(3):
+                                K[M + i, L + j] += c * F[i, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _small(coef, cK, cC, tau, J, Jv, W, H, Hv):
+    """H and Hv (12, 12) such that the tangent holds G^T (H G + Hv dG/dt)."""
+    for r in range(BENDING, SECTION):
+        c, cv = coef[r] * (cK + cC * tau), coef[r] * cK * tau
+        for j in range(INNER):
+            W[r, j] += c * J[r, j] + cv * Jv[r, j]
+    H[:], Hv[:] = 0.0, 0.0
+    for m in range(PASSED.size):
+        r = PASSED[m]
+        cv = coef[r] * cK * tau if r < SECTION else 0.0
+        for i in range(INNER):
+            c = J[r, i]
+            if c != 0.0:
+                for j in range(INNER):
+                    H[i, j] += c * W[r, j]
+                if cv != 0.0:
+                    for j in range(INNER):
+                        Hv[i, j] += c * cv * J[r, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _seconds(coef, cK, cC, tau, J, Jv, H, Hv, G, Gv, R):
+    """Rows R (22, 24) with which those of G are multiplied; of the axial strains G becomes the
+    whole gradient."""
+    for a in range(INNER - 1):
+        row = INSIDE[a]
+        R[row] = 0.0
+        for b in range(INNER - 1):
+            c, cv, other = H[a, b], Hv[a, b], INSIDE[b]
+            for j in range(LONG):
+                R[row, j] += c * G[other, j]
+            if cv != 0.0:
+                for j in range(LONG):
+                    R[row, j] += cv * Gv[other, j]
+    for r in range(AXIAL, BENDING):
+        for b in range(SHEAR, TORSION):
+            c, cv = J[r, PLACE[b]], Jv[r, PLACE[b]]
+            for j in range(LONG):
+                G[r, j] += c * G[b, j]
+                Gv[r, j] += c * Gv[b, j] + cv * G[b, j]
+    for m in range(OUTER.size):
+        r = OUTER[m]
+        c, cv = coef[r] * (cK + cC * tau), coef[r] * cK * tau
+        for j in range(LONG):
+            R[r, j] = c * G[r, j] + cv * Gv[r, j]
+
+
 @kernel(TANGENT)
 def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     """Add cK df/dq + cC df/dv to ``data``.
 
     f = sum S B with S = D (eps - free + tau B.v); hence df/dq = sum D B (B + tau dB/dt)^T + S dB/dq
-    and df/dv = sum D tau B B^T. Rows of W hold the second factors of the outer products.
+    and df/dv = sum D tau B B^T.
     """
-    X, V, K = np.empty(21), np.zeros(21), np.empty((21, 21))
-    B, Bv, W = np.empty((ROWS, 21)), np.zeros((ROWS, 21)), np.empty((ROWS, 21))
+    X, V, K, row = np.empty(21), np.zeros(21), np.empty((21, LONG)), np.empty(LONG)
+    G, Gv, R = np.empty((ROWS, LONG)), np.zeros((ROWS, LONG)), np.zeros((ROWS, LONG))
+    J, Jv, W = np.empty((ROWS, INNER)), np.zeros((ROWS, INNER)), np.empty((ROWS, INNER))
+    H, Hv = np.empty((INNER, INNER)), np.empty((INNER, INNER))
+    arms, arms_v = np.empty((8, 10)), np.empty((8, 10))
     eps, rate, S = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
     for e in range(len(floats)):
-        L, tau = floats[e, 0], floats[e, 1]
+        L, tau, D = floats[e, 0], floats[e, 1], coef[e]
         _gather(y, ints, e, L, X)
-        _strains(X, eps, B)
-        rate[:] = 0.0
+        _strains(X, eps, arms)
+        rate[:], G[:], Gv[:], K[:] = 0.0, 0.0, 0.0, 0.0
         if tau > 0.0:
             _gather(v, ints, e, L, V)
-            _rates(B, V, rate)
-            _products(V, Bv)
-        S[:], W[:], K[:] = 0.0, 0.0, 0.0
+            _rates(X, V, eps, arms, rate)
+        _stresses(D, tau, eps, rate, S)
         for r in range(STRAINS):
-            viscous = tau * (rate[r] - coef[e, 2 * STRAINS + r])
-            S[r] = cK * coef[e, r] * (eps[r] - coef[e, STRAINS + r] + viscous)
-        _unmix(eps, B, S, W, SWEEP[1], SWEEP[2])
-        _undivide(eps, B, S, W)
-        _unmix(eps, B, S, W, SWEEP[0], SWEEP[1])
-        _bend_points(X, V, S, tau > 0.0, Bv, K)
-        for m in range(FACTOR.size):
-            for i in range(3):
-                j, k = 3 * LEFT[m] + i, 3 * RIGHT[m] + i
-                K[j, k] += FACTOR[m] * S[ROW[m]]
-                K[k, j] += FACTOR[m] * S[ROW[m]]
-        for r in range(STRAINS):
-            for j in range(21):
-                W[r, j] += coef[e, r] * (cK + cC * tau) * B[r, j]
+            S[r] *= cK
+        _derivatives(eps, J)
+        _curvatures(eps, J, S, W)
+        _measures(X, V, arms, S, tau > 0.0, arms_v, K)
+        _products(X, G)
+        _points(arms, G)
+        Jv[:] = 0.0
         if tau > 0.0:
-            _mix_rates(eps, rate, B, Bv, SWEEP[0], SWEEP[1])
-            _divide_rates(eps, rate, B, Bv)
-            _mix_rates(eps, rate, B, Bv, SWEEP[1], SWEEP[2])
-            for r in range(STRAINS):
-                for j in range(21):
-                    W[r, j] += coef[e, r] * cK * tau * Bv[r, j]
-        for r in range(ONE):
+            _changes(eps, rate, J, Jv)
+            _products(V, Gv)
+            _points(arms_v, Gv)
+        _small(D, cK, cC, tau, J, Jv, W, H, Hv)
+        _seconds(D, cK, cC, tau, J, Jv, H, Hv, G, Gv, R)
+        for r in range(TURN + 1):
             for i in range(21):
-                if B[r, i] != 0.0:
-                    for j in range(21):
-                        K[i, j] += B[r, i] * W[r, j]
+                c = G[r, i]
+                if c != 0.0:
+                    for j in range(LONG):
+                        K[i, j] += c * R[r, j]
         for i in range(24):
-            si = -1.0 / L if i < 3 else (1.0 / L if 12 <= i < 15 else 1.0)
+            c = -1.0 / L if i < 3 else (1.0 / L if 12 <= i < 15 else 1.0)
+            k = i if i < 12 else (i - 12 if i < 15 else i - 3)
+            for j in range(3):
+                row[j], row[12 + j] = -c * K[k, j] / L, c * K[k, j] / L
+            for j in range(9):
+                row[3 + j], row[15 + j] = c * K[k, 3 + j], c * K[k, 12 + j]
             for j in range(24):
-                sj = -1.0 / L if j < 3 else (1.0 / L if 12 <= j < 15 else 1.0)
-                k = K[3 * NODAL[i // 3] + i % 3, 3 * NODAL[j // 3] + j % 3]
-                data[slots[e, 24 * i + j]] += si * sj * k
+                data[slots[e, 24 * i + j]] += row[j]
