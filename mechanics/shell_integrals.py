@@ -122,6 +122,7 @@ def integrate(
     """Tables of elements with reference vectors X (n_e, k, 3), sizes (n_e, 2), thickness (n_e,)."""
     stations, centre = list(_stations(scheme)), _station(scheme, 0.0, 0.0, 0.0, 0.0)
     scales, g = _scales(scheme, sizes), products(relative(X, scheme.vectors))
+    _check([centre, *stations], X * scales[:, :, None], thickness, names)
     parts = []
     for first in range(0, len(X), TOGETHER):
         e = slice(first, first + TOGETHER)
@@ -129,7 +130,6 @@ def integrate(
             _at_station(station, centre, X[e] * scales[e, :, None], scales[e], g[e], thickness[e])
             for station in stations
         ]
-        _check(np.stack([row[2] for row in rows], axis=1), names[e])
         parts.append(_sums(*(np.stack(a, axis=1) for a in zip(*rows, strict=True))))
     joined = zip(zip(*parts, strict=True), (1, 1, 0), strict=True)
     return Tables(*(np.concatenate(part, axis=axis) for part, axis in joined))
@@ -247,9 +247,11 @@ def _enhanced(station: Station, zeta: Array, centre: Array, G: Array) -> tuple[A
     return scale * (_voigt(_local(G) @ np.linalg.inv(centre)) @ flat), scale * swelling
 
 
-def _check(w: Array, names: Sequence[str]) -> None:
-    """Weights (n_e, n_g) must be positive."""
-    bad = np.flatnonzero(~(w > 0.0).all(axis=1))
+def _check(stations: Sequence[Station], X: Array, thickness: Array, names: Sequence[str]) -> None:
+    good = thickness > 0.0
+    for station in stations:
+        good &= np.linalg.det(_base(station, X, 0.5 * thickness * station.depth)) > 0.0
+    bad = np.flatnonzero(~good)
     if bad.size:
         raise ValueError(
             f"shell {names[bad[0]]!r}: an element has no area or thickness, is folded, thicker "

@@ -42,9 +42,9 @@ class SolidShell:
     dofs : (n_e, 3 k) intp
     nodes : (n_e, 4) intp  rows of the section temperatures
     damping_time : (n_e,) float [s]
+    symmetric : bool  without damping, whose forces turn with the element
     """
 
-    symmetric = True
     signals: tuple = ()
     force, tangent, energy = kernels.add_force, kernels.add_tangent, kernels.add_energy
 
@@ -60,6 +60,7 @@ class SolidShell:
         self.dofs = (starts[..., None] + np.arange(3)).reshape(len(first), -1).astype(np.intp)
         self.ints = np.ascontiguousarray(starts.reshape(len(first), -1), np.int64)
         self.damping_time = np.repeat([float(s.damping_time) for s in shells], counts)
+        self.symmetric = not self.damping_time.any()
         self._density = np.repeat([s.material.density for s in shells], counts)
         ends = np.cumsum([0, *counts])
         self._groups = [
