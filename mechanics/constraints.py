@@ -17,13 +17,11 @@ from mechanics.directions import origin
 from mechanics.layout import Layout, Side
 from mechanics.relative import (
     DIRECTION,
-    DISTANCE,
     OFFSET,
     PRODUCT,
     SHIFTED,
     SINE,
     TURNED,
-    VECTORS,
     WEIGHTS,
     WIDTH,
     evaluate,
@@ -144,34 +142,34 @@ class Constraints:
 
     def mass_blocks(self) -> None:
         """A joint has no mass."""
-        return None
 
 
 def terms(
     rows: Iterable[tuple[str, Row | Linear]], layout: Layout, first: int
 ) -> list[Constraints]:
     """Terms of named rows; the multipliers have indices from ``first`` on, term by term."""
-    made = [(name, _simple(row, layout)) for name, row in rows]
+    groups: dict[tuple[bool, int], list[tuple[str, Any]]] = {}
+    for name, row in rows:
+        row = _simple(row, layout)
+        linear = isinstance(row, Linear)
+        width = next(w for w in (LINEAR_WIDTHS if linear else VECTOR_WIDTHS) if _need(row) <= w)
+        groups.setdefault((not linear, width), []).append((name, row))
     found: list[Constraints] = []
-    for kind, width, make in (
-        *((Linear, width, linear_term) for width in LINEAR_WIDTHS),
-        *((Row, width, relative_term) for width in VECTOR_WIDTHS),
-    ):
-        chosen = [(n, r) for n, r in made if isinstance(r, kind) and _fits(r, width)]
-        made = [(n, r) for n, r in made if not (isinstance(r, kind) and _fits(r, width))]
-        if chosen:
-            found.append(make(chosen, layout, first, width))
-            first += len(chosen)
+    for (relative, width), members in sorted(groups.items(), key=lambda item: item[0]):
+        make = relative_term if relative else linear_term
+        found.append(make(members, layout, first, width))
+        first += len(members)
     return found
 
 
-def _fits(row: Row | Linear, width: int) -> bool:
+def _need(row: Row | Linear) -> int:
+    """How many coordinates a linear row has, or vectors the larger end of another."""
     if isinstance(row, Linear):
-        return row.coordinates.size <= width
-    return max(row.a.vectors.size, row.b.vectors.size) <= width
+        return row.coordinates.size
+    return max(row.a.vectors.size, row.b.vectors.size)
 
 
-def numbers(rows: Sequence[Sequence[float]], dtype: type = float) -> NDArray:
+def _numbers(rows: Sequence[Any], dtype: type = float) -> NDArray:
     """(n, k) array of rows, C layout, also without rows."""
     return np.ascontiguousarray(np.array(rows, dtype=dtype).reshape(len(rows), -1))
 
@@ -217,10 +215,10 @@ def _simple(row: Row | Linear, layout: Layout) -> Row | Linear:
     """The row without vectors that it does not need; a linear one if it is linear."""
     if isinstance(row, Linear):
         return row
-    row = row._replace(a=_needed(row.a, row, 0), b=_needed(row.b, row, 1))
+    row = row._replace(a=needed(row.a, row, 0), b=needed(row.b, row, 1))
     if row.sine is not None or not all(_is_linear(p) for p in row.products):
         return row
-    gradient, value = _at_reference(row, layout)
+    gradient, _ = _at_reference(row, layout)
     coordinates, inverse = np.unique(_coordinates(row), return_inverse=True)
     weights = np.bincount(inverse, gradient, coordinates.size)
     if row.own >= 0:
@@ -243,7 +241,7 @@ def _is_linear(product: Product) -> bool:
     )  # fmt: skip
 
 
-def _needed(side: Side, row: Row, end: int) -> Side:
+def needed(side: Side, row: Row, end: int) -> Side:
     """The side without vectors that none of the products sees."""
     seen = np.zeros(3, dtype=bool)
     for product in row.products:
@@ -299,9 +297,9 @@ def relative_term(
     rows = [row for _, row in named]
     return Constraints(
         "joints", [name for name, _ in named],
-        numbers([_dofs(row, first + i, width) for i, row in enumerate(rows)], np.intp),
-        numbers([_ints(row, first + i, width) for i, row in enumerate(rows)], np.int64),
-        numbers([_floats(row, layout, width) for row in rows]),
+        _numbers([_dofs(row, first + i, width) for i, row in enumerate(rows)], np.intp),
+        _numbers([_ints(row, first + i, width) for i, row in enumerate(rows)], np.int64),
+        _numbers([_floats(row, layout, width) for row in rows]),
         relative.add_force, relative.add_tangent, np.zeros((len(rows), 1)), **_driven(rows),
         scale=np.array([_scale(row) for row in rows]),
     )  # fmt: skip

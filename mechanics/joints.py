@@ -10,6 +10,7 @@ of turns. A slide has its travel in the same way.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,10 @@ from mechanics.description import (
     Latch,
     Planar,
     Prismatic,
+    Pulley,
     Revolute,
     Site,
+    Sliding,
     Spherical,
     TorsionSpring,
     Universal,
@@ -45,7 +48,7 @@ from mechanics.directions import (
     unit,
     unit_direction,
 )
-from mechanics.layout import TRAVEL, TURN, Layout, Side, family_of
+from mechanics.layout import PLACE, TRAVEL, TURN, Layout, Side, family_of
 from mechanics.relative import DIRECTION, DISTANCE, OFFSET
 
 __all__ = ["build", "direction", "fixed", "normal_to", "origin", "unit", "unit_direction"]
@@ -65,17 +68,38 @@ def build(joints: Sequence[Joint], layout: Layout, first_row: int) -> list[Const
     rows = []
     for joint in joints:
         if type(joint) in _MAKERS:
-            made = _named(joint, lambda j: _MAKERS[type(j)](j, layout))
+            made = _named(joint, partial(_MAKERS[type(joint)], joint, layout))
             rows += [(joint.name, row) for row in made]
     rows += _own_coordinates(joints, layout)
-    return terms(rows, layout, first_row)
+    found = terms(rows, layout, first_row)
+    found += _sliding_terms(joints, layout, first_row + sum(term.rows for term in found))
+    return found + _rope_terms(joints, layout, first_row + sum(term.rows for term in found))
 
 
-def _named(joint: Joint, make: Callable[[Joint], Rows]) -> Rows:
+def _named(joint: Joint, make: Callable[[], Rows]) -> Rows:
     try:
-        return make(joint)
+        return make()
     except ValueError as problem:
         raise ValueError(f"joint {joint.name!r}: {problem}") from None
+
+
+def _sliding_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[Constraints]:
+    chosen = [joint for joint in joints if isinstance(joint, Sliding)]
+    if not chosen:
+        return []
+    from mechanics import sliding  # compiled only when used
+
+    return sliding.build(chosen, layout, first, _held)
+
+
+def _rope_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[Constraints]:
+    """Ropes without stiffness; the others are springs."""
+    chosen = [joint for joint in joints if isinstance(joint, Pulley) and joint.stiffness is None]
+    if not chosen:
+        return []
+    from mechanics import pulley
+
+    return [pulley.build(chosen, layout, first)]
 
 
 def _sides(layout: Layout, a: Site, b: Site) -> tuple[Side, Side]:
@@ -279,6 +303,15 @@ def _clearance(joint: ClearanceRevolute, layout: Layout) -> Rows:
 # -- coordinates of joints ---------------------------------------------------------------------
 
 
+def _sliding(joint: Sliding, layout: Layout) -> Rows:
+    """The drive of the place; the other rows are in ``mechanics.sliding``."""
+    if joint.travel is None:
+        return []
+    own = layout.joint_dofs[f"{joint.name}.{PLACE}"]
+    scale, s = float(layout.scale[own]), float(layout.q0[own])
+    return [Linear(np.array([own]), np.ones(1), s, scale, joint.travel)]
+
+
 def _gear(joint: Gear, layout: Layout) -> Rows:
     if joint.first == joint.second:
         raise ValueError("it needs two joints")
@@ -300,11 +333,11 @@ def _own_coordinates(joints: Sequence[Joint], layout: Layout) -> list[tuple[str,
     rows: list[tuple[str, Row | Linear]] = []
     for user in joints:
         for name in _refers(user):
-            _named(user, lambda _, name=name: _check_reference(named, name))
+            _named(user, partial(_check_reference, named, name))
     for key, own in layout.joint_dofs.items():
         name, kind = key.rsplit(".", 1)
         if kind in _TIES:
-            made = _named(named[name], lambda j, k=kind, o=own: [_TIES[k](j, layout, o)])
+            made = _named(named[name], partial(_TIES[kind], named[name], layout, own))
             rows += [(name, row) for row in made]
     return rows
 
@@ -321,21 +354,21 @@ def _check_reference(named: dict[str, Joint], name: str) -> Rows:
     return []
 
 
-def _tied_turn(joint: Joint, layout: Layout, own: int) -> Row:
+def _tied_turn(joint: Joint, layout: Layout, own: int) -> Rows:
     if not isinstance(joint, Revolute | Cylindrical):
         raise ValueError("it has no turn for another joint to refer to")
     a, b = _sides(layout, joint.a, joint.b)
-    return _turning(a, b, unit(joint.axis), own=own)
+    return [_turning(a, b, unit(joint.axis), own=own)]
 
 
-def _tied_travel(joint: Joint, layout: Layout, own: int) -> Row:
+def _tied_travel(joint: Joint, layout: Layout, own: int) -> Rows:
     if not isinstance(joint, Prismatic | Cylindrical):
         raise ValueError("it has no travel for another joint to refer to")
     a, b = _sides(layout, joint.a, joint.b)
-    return _offset(a, b, unit_direction(b, unit(joint.axis)), own=own)
+    return [_offset(a, b, unit_direction(b, unit(joint.axis)), own=own)]
 
 
-_TIES: dict[str, Callable[..., Row]] = {TURN: _tied_turn, TRAVEL: _tied_travel}
+_TIES: dict[str, Callable[..., Rows]] = {TURN: _tied_turn, TRAVEL: _tied_travel}
 
 _MAKERS: dict[type, Callable[..., Rows]] = {
     Clamp: _clamp,
@@ -348,6 +381,7 @@ _MAKERS: dict[type, Callable[..., Rows]] = {
     Distance: _distance,
     Guide: _guide,
     Fixing: _fixing,
+    Sliding: _sliding,
     Gear: _gear,
     Latch: _latch,
     ClearanceRevolute: _clearance,

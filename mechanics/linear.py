@@ -1,4 +1,4 @@
-"""Constraint rows Φ = Σ weight y − constant − coef[0]; a row that is not active has λ = 0 instead."""
+"""Constraint rows Φ = Σ weight y − constant − coef[0]; one that is not active has λ = 0."""
 
 from mechanics.kernels import FORCE, TANGENT, kernel
 
