@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 import mechanics.description as motion
 from coupling import body_tables, contact_tables, joint_tables, load_tables, section_tables
 from coupling.materials_used import material_of
-from coupling.places import place_of, point_of
+from coupling.places import edge_nodes, place_of, point_of
 from coupling.scene import Scene
 from coupling.site_tables import GROUND, Site
 from meshes import sections
@@ -51,7 +51,7 @@ def motion_description(scene: Scene) -> motion.Description:
     gravity = (0.0, 0.0, 0.0) if scene.gravity is None else scene.gravity.acceleration
     return motion.Description(
         [_body(scene, name) for name in scene.body],
-        [_joint(scene, name) for name in scene.joint],
+        [joint for name in scene.joint for joint in _joints(scene, name)],
         [_load(scene, name) for name in scene.load],
         np.asarray(gravity, float),
     )
@@ -139,8 +139,25 @@ def sites_of(scene: Scene, a: Site, b: Site) -> tuple[motion.Site, motion.Site, 
     return _site(scene, a, second), _site(scene, b, first), at
 
 
-def _joint(scene: Scene, name: str) -> motion.Joint:
+def _joints(scene: Scene, name: str) -> list[motion.Joint]:
+    """What a table makes: one joint, or one for each node of an edge."""
     table = scene.joint[name]
+    site = getattr(table, "a", None)
+    if site is None or site.edge is None:
+        return [_joint(scene, name, table)]
+    nodes = edge_nodes(scene.body[site.body], site.edge)
+    points = scene.shapes[site.body].points[nodes]
+    return [
+        _joint(scene, f"{name}.{i}", table.model_copy(update={"a": _at_node(site, point)}))
+        for i, point in enumerate(points)
+    ]
+
+
+def _at_node(site: Site, point: Array) -> Site:
+    return site.model_copy(update={"edge": None, "position": tuple(point)})
+
+
+def _joint(scene: Scene, name: str, table: joint_tables.Joint) -> motion.Joint:
     match table:
         case contact_tables.ClearanceRevolute():
             return _clearance(scene, name, table)
@@ -231,6 +248,13 @@ def _load(scene: Scene, name: str) -> motion.Load:
         case load_tables.TorqueLoad():
             a, b, _ = sites_of(scene, table.a, table.b)
             return motion.Torque(name, a, b, direction, table.amplitude)
+        case load_tables.TractionLoad():
+            nodes = None
+            if table.edge is not None:
+                nodes = edge_nodes(scene.body[table.body], table.edge).tolist()
+            amplitude = table.pressure or table.line_load
+            assert amplitude is not None  # the table has either
+            return motion.Traction(name, table.body, direction, amplitude, nodes)
         case load_tables.ForceLoad():
             return motion.Force(name, _site(scene, table.at), direction, table.amplitude)
     return motion.Moment(name, _site(scene, table.at), direction, table.amplitude)

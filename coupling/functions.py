@@ -204,6 +204,14 @@ PowerHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.POWER), quantities.POWER, quantities.POWER_RATE),
 ]
+PressureHistory = Annotated[
+    histories.History,
+    HistoryOf(Quantity(quantities.STRESS), quantities.STRESS, quantities.STRESS_RATE),
+]
+LineLoadHistory = Annotated[
+    histories.History,
+    HistoryOf(Quantity(quantities.LINE_LOAD), quantities.LINE_LOAD, quantities.LINE_LOAD_RATE),
+]
 ForceHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.FORCE), quantities.FORCE, quantities.FORCE_RATE),

@@ -52,6 +52,8 @@ ORIENTED = {
 }
 """Which of them must know how they are turned."""
 
+AT_THE_EDGE = Site(body=GROUND)
+ON_EDGES = ("clamp", "spherical", "guide", "fixing")
 COINCIDENT = ("spherical", "revolute", "universal", "bushing")
 APART = ("distance", "spring")
 HOLDING = (*COINCIDENT[:3], "clamp", "cylindrical", "prismatic", "planar", "distance")
@@ -79,6 +81,7 @@ def check_joints(draft: Draft) -> Iterator[Problem]:
         where = f"joint.{name}"
         sites = sites_of(joint)
         found = [p for s, site in sites.items() for p in check_site(draft, site, f"{where}.{s}")]
+        found += _edges(joint, sites, where)
         found += _orientations(draft, joint, sites, where)
         found += _named_joints(draft, joint, where)
         if isinstance(joint, ClearanceRevolute):
@@ -87,16 +90,32 @@ def check_joints(draft: Draft) -> Iterator[Problem]:
             found += _rail(draft, joint, where)
         if joint.kind == "fixing" and not found:
             found += _vector(draft, joint, where)
-        if not found and sites and all(is_placed(draft, site) for site in sites.values()):
+        single = all(site.edge is None for site in sites.values())
+        if (
+            not found
+            and sites
+            and single
+            and all(is_placed(draft, site) for site in sites.values())
+        ):
             found += _gaps(draft, joint, sites, where)
             found += _repeated(draft, joint, sites, name, seen)
         yield from found
 
 
+def _edges(joint: Any, sites: dict[str, Site], where: str) -> Iterator[Problem]:
+    """An edge is held node by node, each where it is."""
+    for side, site in sites.items():
+        if site.edge is not None and (side != "a" or joint.kind not in ON_EDGES):
+            text = f"only side a of {alternatives(ON_EDGES)} takes an edge"
+            yield Problem(f"{where}.{side}.edge", text)
+        elif site.edge is not None and sites.get("b", AT_THE_EDGE) != AT_THE_EDGE:
+            yield Problem(f"{where}.b", "an edge is held by the ground, where it is: leave b out")
+
+
 def _orientations(
     draft: Draft, joint: Any, sites: dict[str, Site], where: str
 ) -> Iterator[Problem]:
-    """Particles and cables where a joint needs something that turns."""
+    """Particles where a joint needs something that turns."""
     driven = getattr(joint, "angle", None) is not None and joint.kind != "torsion_spring"
     aligned = ("a",) if getattr(joint, "aligned", False) else ()
     for side, site in sites.items():

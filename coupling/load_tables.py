@@ -1,13 +1,14 @@
 """Tables of the case file about loads and gravity."""
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from coupling import quantities
 from coupling.fields import Direction, Table, Vector, Vector3
-from coupling.functions import ForceHistory, MomentHistory
-from coupling.site_tables import OnGround, Site
+from coupling.functions import ForceHistory, LineLoadHistory, MomentHistory, PressureHistory
+from coupling.site_tables import Edge, OnGround, Site
 
 
 class ForceLoad(Table):
@@ -38,6 +39,31 @@ class TorqueLoad(Table):
     amplitude: MomentHistory = Field(description="a moment such as '1 N m', or a function of time")
 
 
+class TractionLoad(Table):
+    """A force that is spread over a shell, or over one of its edges, and keeps its direction."""
+
+    kind: Literal["traction"]
+    body: str = Field(description="name of a shell, [body.NAME]")
+    edge: Edge | None = Field(default=None, description="one of its edges; absent: all of it")
+    direction: Direction = Field(description="[x, y, z] of any length")
+    pressure: PressureHistory | None = Field(
+        default=None, description="per area of the shell, such as '100 Pa', or its history"
+    )
+    line_load: LineLoadHistory | None = Field(
+        default=None, description="per length of the edge, such as '5 N/m', or its history"
+    )
+
+    @classmethod
+    def odd_keys(cls, keys: set[str]) -> Iterator[tuple[str, str]]:
+        wanted, other = "pressure", "line_load"
+        if "edge" in keys:
+            wanted, other = other, wanted
+        if wanted not in keys:
+            yield wanted, f"missing ({cls.model_fields[wanted].description})"
+        if other in keys:
+            yield other, f"does not go {'with' if 'edge' in keys else 'without'} an edge"
+
+
 class Gravity(Table):
     """[gravity]"""
 
@@ -46,4 +72,4 @@ class Gravity(Table):
     )
 
 
-Load = ForceLoad | MomentLoad | TorqueLoad
+Load = ForceLoad | MomentLoad | TorqueLoad | TractionLoad

@@ -166,9 +166,9 @@ class Model:
         }  # fmt: skip
 
     def driven_rows(self) -> NDArray[np.intp]:
-        """Constraint row that drives each clearance joint; -1 where none does."""
-        rows = self.motion_solver.system.constraints
-        driven = {rows.names[i]: i for i in np.flatnonzero(rows.driven)}
+        """Which of the driven rows drives each clearance joint; -1 where none does."""
+        system = self.motion_solver.system
+        driven = {system.row_names[row]: i for i, row in enumerate(system.driven)}
         return np.array([driven.get(name, -1) for name in self.joint_names()], np.intp)
 
     def joint_temperatures(self, before: Coupled, after: Coupled, times: Array) -> Array:
@@ -252,7 +252,7 @@ class Model:
 def build(scene: Scene) -> Model:
     """Build the solvers of a scene. Raises BadCase with what they refuse."""
     problems: list[Problem] = []
-    motion_solver = _tried(problems, lambda: Mechanics(motion_description(scene), _control(scene)))
+    motion_solver = _tried(problems, lambda: _motion(scene))
     heat_solver = None
     if scene.thermal is not None:
         heat_solver = _tried(problems, lambda: _heat(scene))
@@ -271,6 +271,10 @@ def _tried(problems: list[Problem], make: Any) -> Any:
         return None
 
 
+def _motion(scene: Scene) -> Mechanics:
+    return Mechanics(motion_description(scene), _control(scene), scene.integrator.solver)
+
+
 def _heat(scene: Scene) -> Any:
     from coupling.heat_descriptions import heat_description
     from thermal.solvers import build as build_heat
@@ -281,10 +285,16 @@ def _heat(scene: Scene) -> Any:
 
 def _control(scene: Scene) -> Control:
     i, window = scene.integrator, scene.time.window
-    return Control(
-        i.tolerance, i.largest_step or window, i.smallest_step or SMALLEST_STEP * window,
-        Scheme(i.alpha, i.newton_tolerance),
-    )  # fmt: skip
+    own = {"alpha": i.alpha, "spectral_radius": i.spectral_radius}
+    scheme = Scheme(
+        i.scheme,
+        newton_tolerance=i.newton_tolerance,
+        constraints=i.constraints,
+        baumgarte_rate=i.baumgarte_rate,
+        **{key: value for key, value in own.items() if value is not None},
+    )
+    smallest = i.smallest_step or SMALLEST_STEP * window
+    return Control(i.tolerance, i.largest_step or window, smallest, scheme)
 
 
 def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manager.Transfer:

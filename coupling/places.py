@@ -145,6 +145,22 @@ def surface_of(table: Any) -> Surface:
     return surfaces.placed(made, table.origin, table.axes)
 
 
+def edge_nodes(body: ShellBody, edge: str) -> Array:
+    """Nodes of an edge, one after the other; ``meshes.surfaces.patch`` numbers them.
+
+    Raises
+    ------
+    ValueError : the surface is closed there
+    """
+    n_u, n_v = body.surface.elements
+    grid = np.arange(len(surface_of(body.surface).points)).reshape(-1, n_v + 1)
+    if edge.startswith("u") and len(grid) == n_u:
+        raise ValueError("the surface is closed: it has no edge where u starts or ends")
+    return {"u-start": grid[0], "u-end": grid[-1], "v-start": grid[:, 0], "v-end": grid[:, -1]}[
+        edge
+    ]
+
+
 def distances(points: Array) -> Array:
     """(n,) [m]  of the nodes from the start, along the body."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)

@@ -11,10 +11,11 @@ from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_references import check_heat
 from coupling.joint_references import check_joints
+from coupling.load_tables import TractionLoad
 from coupling.materials_used import check_ranges, material_problem
-from coupling.places import shape_of
+from coupling.places import edge_nodes, shape_of
 from coupling.site_references import check_site, turning_problem
-from coupling.site_tables import GROUND
+from coupling.site_tables import GROUND, Site
 
 
 def check(draft: Draft) -> list[Problem]:
@@ -42,18 +43,41 @@ def _shapes(draft: Draft) -> Iterator[Problem]:
 
 def _loads(draft: Draft) -> Iterator[Problem]:
     for name, load in draft.named("load").items():
+        if load.kind == "traction":
+            yield from _traction(draft, load, f"load.{name}")
+            continue
         key = "a" if load.kind == "torque" else "at"
         where, site = f"load.{name}.{key}", getattr(load, key)
         if site.body == GROUND:
             yield Problem(f"{where}.body", "a load acts on a body, not on the ground")
             continue
         yield from check_site(draft, site, where)
+        yield from _no_edge(site, where)
         if load.kind != "force":
-            yield from turning_problem(draft, site, where, f"takes no {load.kind}")
+            yield from turning_problem(draft, site, where, f"takes no {load.kind}", ("cable",))
         if load.kind == "torque":
             where = f"load.{name}.b"
             yield from check_site(draft, load.b, where)
-            yield from turning_problem(draft, load.b, where, "takes no reaction")
+            yield from _no_edge(load.b, where)
+            yield from turning_problem(draft, load.b, where, "takes no reaction", ("cable",))
+
+
+def _no_edge(site: Site, where: str) -> Iterator[Problem]:
+    if site.edge is not None:
+        yield Problem(f"{where}.edge", "a load acts at one point; a traction takes an edge")
+
+
+def _traction(draft: Draft, load: TractionLoad, where: str) -> Iterator[Problem]:
+    body = draft.named("body").get(load.body)
+    if load.body not in draft.names("body"):
+        yield Problem(f"{where}.body", unknown("body", load.body, draft.names("body")))
+    elif body is not None and not isinstance(body, ShellBody):
+        yield Problem(f"{where}.body", f"'{load.body}' is a {body.kind}: only shells take traction")
+    elif body is not None and load.edge is not None:
+        try:
+            edge_nodes(body, load.edge)
+        except ValueError as error:
+            yield Problem(f"{where}.edge", str(error))
 
 
 def _probes(draft: Draft) -> Iterator[Problem]:

@@ -59,10 +59,30 @@ class Coupling(Table):
 
 
 class Integrator(Table):
-    """[integrator]: HHT-alpha for the motion."""
+    """[integrator]: steps in time of the motion."""
 
-    alpha: Annotated[float, Quantity(quantities.NUMBER, least=-1 / 3, most=0.0)] = Field(
-        default=-0.1, description="numerical damping, from -1/3 to 0 (none)"
+    scheme: Literal["hht", "generalised-alpha", "bdf2", "backward-euler"] = Field(
+        default="hht", description="the last two damp what is fast, for comparison and stiff starts"
+    )
+    alpha: Annotated[float, Quantity(quantities.NUMBER, least=-1 / 3, most=0.0)] | None = Field(
+        default=None, description="of hht: numerical damping, from -1/3 to 0 (none); default -0.1"
+    )
+    spectral_radius: Annotated[float, Quantity(quantities.NUMBER, least=0.0, most=1.0)] | None = (
+        Field(
+            default=None,
+            description="of generalised-alpha, at high frequencies: 1 damps nothing; default 0.8",
+        )
+    )
+    constraints: Literal["index3", "projected", "baumgarte"] = Field(
+        default="index3",
+        description="index3: positions obey the joints at every step; projected: velocities as "
+        "well; baumgarte: violations decay, for comparison",
+    )
+    baumgarte_rate: Annotated[float, Quantity(quantities.RATE, above=0.0)] | None = Field(
+        default=None, description="of baumgarte: decay of violations; default: 2 / step"
+    )
+    solver: Literal["auto", "block", "superlu", "pardiso", "umfpack", "dense"] = Field(
+        default="auto", description="of the linear systems; auto: by size, and what is installed"
     )
     tolerance: Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=0.1)] = Field(
         default=1e-6,
@@ -79,6 +99,11 @@ class Integrator(Table):
     def odd_values(self) -> Iterator[tuple[str, str]]:
         if self.largest_step and self.smallest_step and self.smallest_step > self.largest_step:
             yield "smallest_step", f"must not exceed largest_step, {self.largest_step:g} s"
+        for key, scheme in (("alpha", "hht"), ("spectral_radius", "generalised-alpha")):
+            if getattr(self, key) is not None and self.scheme != scheme:
+                yield key, f"belongs to the scheme {scheme}, and this one is {self.scheme}"
+        if self.baumgarte_rate is not None and self.constraints != "baumgarte":
+            yield "baumgarte_rate", "belongs to constraints = 'baumgarte'"
 
 
 class Probe(Table):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from coupling.body_tables import LineBody, Particle, RigidBody, ShellBody
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
-from coupling.places import place_of, point_of
+from coupling.places import edge_nodes, place_of, point_of
 from coupling.site_tables import GROUND, Site
 
 Array = NDArray[np.float64]
@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 def check_site(draft: Draft, site: Any, where: str) -> Iterator[Problem]:
     """What is wrong with a point of a body or of the ground."""
     if site.body == GROUND:
-        for key in ("at", "offset"):
-            if getattr(site, key) is not None:
+        for key in ("at", "offset", "edge"):
+            if getattr(site, key, None) is not None:
                 text = "the ground has no such point; give a position, or nothing"
                 yield Problem(f"{where}.{key}", text)
         return
@@ -54,18 +54,36 @@ def _misplaced(site: Any, body: Any, where: str) -> Iterator[Problem]:
             if getattr(site, key) is not None:
                 text = f"{name} is a particle: it is one point, leave {key} out"
                 yield Problem(f"{where}.{key}", text)
-    if isinstance(body, ShellBody) and site.position is None and site.at is None:
-        yield Problem(f"{where}.position", f"missing (where on {name}: the place of a node)")
+    edge = getattr(site, "edge", None)
+    if isinstance(body, ShellBody):
+        if site.position is None and site.at is None and edge is None:
+            yield Problem(f"{where}.position", f"missing (where on {name}: the place of a node)")
+        elif edge is not None:
+            yield from _edge(site, body, where)
+    elif edge is not None:
+        yield Problem(f"{where}.edge", f"{name} is a {_kind(body)}: only shells have edges")
+
+
+def _edge(site: Any, body: ShellBody, where: str) -> Iterator[Problem]:
+    for key in ("position", "offset"):
+        if getattr(site, key) is not None:
+            yield Problem(f"{where}.{key}", "does not go with an edge: give one or the other")
+    try:
+        edge_nodes(body, site.edge)
+    except ValueError as error:
+        yield Problem(f"{where}.edge", str(error))
 
 
 def _kind(body: Any) -> str:
     return "rigid body" if isinstance(body, RigidBody) else body.kind
 
 
-def turning_problem(draft: Draft, site: Site, where: str, why: str) -> Iterator[Problem]:
-    """Bodies without orientation where something turns them or is held by them."""
+def turning_problem(
+    draft: Draft, site: Site, where: str, why: str, also: tuple[str, ...] = ()
+) -> Iterator[Problem]:
+    """Particles, and the kinds of bodies named ``also``, where something turns them."""
     body = draft.named("body").get(site.body)
-    if isinstance(body, Particle) or getattr(body, "kind", "") == "cable":
+    if body is not None and body.kind in ("particle", *also):
         text = f"'{site.body}' is a {body.kind}: it has no orientation and {why}"
         yield Problem(f"{where}.body", text)
 

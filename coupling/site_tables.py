@@ -14,6 +14,9 @@ Place = Annotated[
 ]
 
 
+Edge = Literal["u-start", "u-end", "v-start", "v-end"]
+
+
 class Site(Table):
     """A material point of a body, or a fixed point of the ground."""
 
@@ -26,6 +29,10 @@ class Site(Table):
         default=None,
         description="point [x, y, z] at the start: of the ground (default: the other side), of a "
         "rigid body (default: its centre of mass), or the node of a shell that is there",
+    )
+    edge: Edge | None = Field(
+        default=None,
+        description="of a shell, instead of position: all nodes where u or v starts or ends",
     )
     offset: Point | None = Field(
         default=None,

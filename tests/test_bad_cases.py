@@ -164,7 +164,7 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     "unknown kind": (
         changed(('kind = "particle"', 'kind = "partical"')),
         [
-            "body.ball.kind: expected 'beam', 'cable' or 'particle', got 'partical'; did you mean 'particle'"
+            "body.ball.kind: expected 'beam', 'cable', 'shell', 'rigid' or 'particle', got 'partical'; did you mean 'particle'"
         ],
     ),
     "several missing": (
@@ -460,8 +460,12 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         ["thermal.solver: there is no thermal solver 'lines'; did you mean 'line'"],
     ),
     "no node there": (
-        changed(('at = "1 m"', 'at = "1.1 m"')),
-        ["load.push.at.at: no node at 1.1 m; the nearest are at 1 m and 1.5 m"],
+        changed(
+            ('at = "1 m"', 'at = "1.1 m"'), ("elements = 4", 'elements = 2\nelement = "beam3333"')
+        ),
+        [
+            "load.push.at.at: these elements take points at their nodes only; the nearest are at 1 m and 1.5 m"
+        ],
     ),
     "beyond the end": (
         changed(('at = "1 m"', 'at = "3 m"')),
@@ -481,7 +485,7 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "moment on a particle": (
         added("[load.m]\nkind='moment'\nat={body='ball'}\ndirection=[1,0,0]\namplitude=1\n"),
-        ["load.m.at.body: 'ball' is a particle: only beams take moments"],
+        ["load.m.at.body: 'ball' is a particle: it has no orientation and takes no moment"],
     ),
     "drive on a particle": (
         added("[joint.d]\nkind='revolute'\na={body='ball'}\naxis=[0,0,1]\nangle=1\n"),
@@ -604,6 +608,269 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     "region without mesh": (
         changed(("elements = 4", "elements = 4\nregion = 'x'")),
         ["body.boom.region: belongs to a mesh"],
+    ),
+    # ---- rigid bodies, shells, arcs
+    "impossible inertia": (
+        added("[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,3]\n"),
+        ["body.r.inertia: no body has it: one principal moment, 3 kg m^2, exceeds the sum"],
+    ),
+    "four moments of inertia": (
+        added("[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,1,1]\n"),
+        ["body.r.inertia: expected 3, 6 or 9 numbers, got 4"],
+    ),
+    "negative inertia": (
+        added("[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,1,2,0,0]\n"),
+        ["body.r.inertia: has a negative principal moment, -1 kg m^2"],
+    ),
+    "inertia without symmetry": (
+        added("[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,0,0,0.1,1,0,0,0,1]\n"),
+        ["body.r.inertia: the nine numbers are not those of a symmetric matrix"],
+    ),
+    "inertia of a mass": (
+        added("[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=['1 kg',1,1]\n"),
+        ["body.r.inertia[0]: expected a moment of inertia such as '0.2 kg m^2'"],
+    ),
+    "skew axes": (
+        added(
+            "[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,1]\naxes=[[1,0,0],[1,1,0]]\n"
+        ),
+        ["body.r.axes: the first two directions are not at right angles"],
+    ),
+    "left-handed axes": (
+        added(
+            "[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,1]\naxes=[[1,0,0],[0,1,0],[0,0,-1]]\n"
+        ),
+        ["body.r.axes: the third direction is not that of first x second"],
+    ),
+    "zero axis among axes": (
+        added(
+            "[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,1]\naxes=[[1,0,0],[0,0,0]]\n"
+        ),
+        ["body.r.axes[1]: expected a direction, got the zero vector"],
+    ),
+    "shell without thickness": (
+        added(
+            "[body.s]\nkind='shell'\nmaterial='al6061'\n[body.s.surface]\nkind='plate'\nlength=1\nwidth=1\nelements=[2,2]\n"
+        ),
+        ["body.s.thickness: missing (of the wall)"],
+    ),
+    "unknown surface": (
+        added(
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plat',length=1}\n"
+        ),
+        [
+            "body.s.surface.kind: expected 'plate', 'tube', 'annulus' or 'sphere', got 'plat'; did you mean 'plate'"
+        ],
+    ),
+    "faulty surface": (
+        added(
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='tube',radius='-1 m',elements=[4],start='400 deg'}\n"
+        ),
+        [
+            "body.s.surface.radius: expected a length above 0 m",
+            "body.s.surface.length: missing (along z)",
+            "body.s.surface.elements: expected a pair",
+            "body.s.surface.start: expected an angle at least -6.28319 rad and at most 6.28319 rad",
+        ],
+    ),
+    "annulus inside out": (
+        added(
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='annulus',inner_radius=2,outer_radius=1,end='90 deg',elements=[2,2]}\n"
+        ),
+        ["body.s.surface.outer_radius: must exceed the inner one, 2 m"],
+    ),
+    "no node of the shell": (
+        added(
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plate',length=1,width=1,elements=[2,2]}\n[probe.s]\nbody='s'\nposition=[0.4,0,0]\n"
+        ),
+        ["probe.s.position: no node of the shell is there; the nearest is at [0.5, 0, 0] m"],
+    ),
+    "nowhere on the shell": (
+        added(
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plate',length=1,width=1,elements=[2,2]}\n[probe.s]\nbody='s'\n"
+        ),
+        ["probe.s.position: missing (where on 's': the place of a node)"],
+    ),
+    "heat on a rigid body": (
+        added(
+            "[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,1]\n[thermal.flux.r]\nbody='r'\ndensity=1\n"
+        ),
+        ["thermal.flux.r.body: 'r' is a rigid body: it carries no temperature"],
+    ),
+    "arc and end": (
+        changed(("elements = 4", "elements = 4\narc = { center=[1,0,0], axis=[0,0,1], angle=1 }")),
+        ["body.boom.arc: does not go with end"],
+    ),
+    "arc about its start": (
+        changed(
+            ('end = ["2 m", 0, 0]', "arc = { center=[0,0,0], axis=[0,0,1], angle=1 }"),
+            ('at = "1 m"', 'at = "0 m"'),
+        ),
+        ["body.boom.arc.center: the start of the body lies on the axis of the arc"],
+    ),
+    "nodes that do not rise": (
+        changed(("elements = 4", "nodes = [0, 1, 0.5, 2]")),
+        ["body.boom.nodes: expected distances that begin with 0 and increase"],
+    ),
+    "nodes that end elsewhere": (
+        changed(("elements = 4", "nodes = [0, 1, 1.5]")),
+        ["body.boom.nodes: must end where the body does, at 2 m"],
+    ),
+    "element of a cable": (
+        changed(
+            ('kind = "beam"', 'kind = "cable"\nelement = "beam3243"'),
+            ("normal = [0, 1, 0]\n", ""),
+            ('at = { body = "boom", at = "1 m" }', 'at = { body = "boom", at = "1 m" }'),
+        ),
+        ["body.boom.element: does not go with a cable"],
+    ),
+    "offset on a particle and of the ground": (
+        added(
+            "[joint.d]\nkind='distance'\na={body='ball', offset=[0,0,1]}\nb={body='ground', offset=[0,0,1]}\n"
+        ),
+        [
+            "joint.d.a.offset: 'ball' is a particle: it is one point, leave offset out",
+            "joint.d.b.offset: the ground has no such point",
+        ],
+    ),
+    "offset of a whole arm": (
+        changed(
+            (
+                'a = { body = "boom", at = "end" }',
+                'a = { body = "boom", at = "end", offset = [0, "3 mm", 0] }',
+            )
+        ),
+        ["joint.tip: its points a and b are 0.003 m apart"],
+    ),
+    "edges that are not there": (
+        added(
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='tube',length=1,radius=1,elements=[4,2]}\n"
+            "[joint.a]\nkind='clamp'\na={body='s',edge='u-start'}\n"
+            "[joint.b]\nkind='clamp'\na={body='s',edge='v-start'}\nb={body='boom',at='end'}\n"
+            "[joint.c]\nkind='revolute'\na={body='s',edge='v-end'}\naxis=[0,0,1]\n"
+            "[joint.d]\nkind='clamp'\na={body='boom',at='end',edge='v-end'}\n"
+            "[load.t]\nkind='traction'\nbody='boom'\ndirection=[1,0,0]\npressure=1\n"
+            "[load.e]\nkind='traction'\nbody='s'\ndirection=[1,0,0]\nedge='v-end'\npressure=1\n"
+        ),
+        [
+            "joint.a.a.edge: the surface is closed: it has no edge where u starts or ends",
+            "joint.b.b: an edge is held by the ground, where it is: leave b out",
+            "joint.c.a.edge: only side a of 'clamp', 'spherical', 'guide' or 'fixing' takes an edge",
+            "joint.d.a.edge: 'boom' is a beam: only shells have edges",
+            "load.t.body: 'boom' is a beam: only shells take traction",
+            "load.e.line_load: missing",
+            "load.e.pressure: does not go with an edge",
+        ],
+    ),
+    # ---- joints that refer to others
+    "gear on a spherical joint": (
+        added("[joint.g]\nkind='gear'\nfirst='tip'\nsecond='tap'\nratio=2\n"),
+        [
+            "joint.g.first: joint.tip is a spherical; expected 'revolute' or 'cylindrical'",
+            "joint.g.second: there is no joint 'tap'; did you mean 'tip'",
+        ],
+    ),
+    "gear with itself": (
+        added("[joint.g]\nkind='gear'\nfirst='tip'\nsecond='tip'\nratio=0\n"),
+        ["joint.g.ratio: must not be zero", "joint.g.second: is the same joint as first"],
+    ),
+    "latch at a mass": (
+        added("[joint.l]\nkind='latch'\njoint='tip'\nat='1 kg'\n"),
+        ["joint.l.at: expected an angle such as '45 deg' or a length such as '25 mm', got '1 kg'"],
+    ),
+    "idle spring": (
+        added("[joint.s]\nkind='spring'\na={body='boom',at='start'}\nb={body='ball'}\n"),
+        ["joint.s.stiffness: missing: without it, damping, preload and force it does nothing"],
+    ),
+    "rope of one point": (
+        added("[joint.r]\nkind='pulley'\npoints=[{body='ball'}]\ndamping='1 N s'\n"),
+        [
+            "joint.r.points: a rope needs two points or more",
+            "joint.r.damping: belongs to a stiffness",
+        ],
+    ),
+    "rope through nothing": (
+        added("[joint.r]\nkind='pulley'\npoints=[{body='ball'},{body='bal'},{body='boom'}]\n"),
+        [
+            "joint.r.points[1].body: there is no body 'bal'; did you mean 'ball'",
+            "joint.r.points[2].at: missing",
+        ],
+    ),
+    "sliding on a particle": (
+        added("[joint.s]\nkind='sliding'\na={body='boom',at='end'}\nbody='ball'\n"),
+        ["joint.s.body: 'ball' is a particle: only beams and cables can be slid on"],
+    ),
+    "sliding on itself": (
+        added("[joint.s]\nkind='sliding'\na={body='boom',at='end'}\nbody='boom'\n"),
+        ["joint.s.body: a point of 'boom' cannot slide on it"],
+    ),
+    "bushing of two numbers": (
+        added("[joint.s]\nkind='bushing'\na={body='boom',at='end'}\nstiffness=[1,2]\n"),
+        ["joint.s.stiffness: expected three numbers, got 2"],
+    ),
+    "universal joint without right angle": (
+        added(
+            "[joint.u]\nkind='universal'\na={body='boom',at='end'}\naxis_a=[1,0,0]\naxis_b=[1,1,0]\n"
+        ),
+        ["joint.u.axis_b: must be at right angles to axis_a; the cosine is 0.707107"],
+    ),
+    "prismatic particle": (
+        added("[joint.p]\nkind='prismatic'\na={body='ball'}\naxis=[1,0,0]\n"),
+        [
+            "joint.p.a.body: 'ball' is a particle: it has no orientation and cannot be held by a prismatic"
+        ],
+    ),
+    "guide in four directions": (
+        added("[joint.p]\nkind='guide'\na={body='ball'}\ndirections=[[1,0,0],[0,1,0],[0,0,1]]\n"),
+        ["joint.p.directions: expected one or two; three are a spherical joint"],
+    ),
+    "fixing of a vector that is not there": (
+        added("[joint.p]\nkind='fixing'\na={body='ball'}\nvector='r_x'\ndirections=[[1,0,0]]\n"),
+        ["joint.p.vector: 'ball' has 'position', got 'r_x'"],
+    ),
+    "torque on the ground": (
+        added("[load.t]\nkind='torque'\na={body='ground'}\ndirection=[1,0,0]\namplitude=1\n"),
+        ["load.t.a.body: a load acts on a body, not on the ground"],
+    ),
+    "torsional stiffness without angle": (
+        added("[joint.t]\nkind='torsion_spring'\njoint='tip'\nstiffness='10 N m'\n"),
+        ["joint.t.stiffness: expected a torsional stiffness such as '10 N m/rad'"],
+    ),
+    # ---- steps in time
+    "damping of another scheme": (
+        added("[integrator]\nscheme='bdf2'\nalpha=-0.1\n"),
+        ["integrator.alpha: belongs to the scheme hht, and this one is bdf2"],
+    ),
+    "unknown scheme": (
+        added("[integrator]\nscheme='hth'\n"),
+        [
+            "integrator.scheme: expected 'hht', 'generalised-alpha', 'bdf2' or 'backward-euler', got 'hth'; did you mean 'hht'"
+        ],
+    ),
+    "baumgarte without it": (
+        added("[integrator]\nbaumgarte_rate='10 1/s'\n"),
+        ["integrator.baumgarte_rate: belongs to constraints = 'baumgarte'"],
+    ),
+    # ---- generated
+    "ring without a level": (
+        added(
+            "[generate.r]\nkind='ring_truss'\nbays=3\ndiameter=10\nheight=2\nsection='tube'\nmaterial='al6061'\n"
+        ),
+        ["generate.r.level: give either a level or the number of elements"],
+    ),
+    "ring of an unknown material": (
+        added(
+            "[generate.r]\nkind='ring_truss'\nbays=3\ndiameter=10\nheight=2\nlevel=1\nsection='tube'\nmaterial='al606'\n"
+        ),
+        [
+            "body.chord_low_0.material: there is no material 'al606'; did you mean 'al6061'? (and 11 more like it)"
+        ],
+    ),
+    "ring with long fittings": (
+        added(
+            "[generate.r]\nkind='ring_truss'\nbays=3\ndiameter=10\nheight=2\nlevel=9\nfitting=3\nsection='tube'\nmaterial='al6061'\n"
+        ),
+        ["generate.r.level: expected at most 4, got 9"],
     ),
     # ---- several at once
     "errors in many tables": (
