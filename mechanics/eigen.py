@@ -1,10 +1,10 @@
 """Eigenvalues on the motions that constraints allow: K x + B^T l = mu M x, B x = 0.
 
-The lowest are found by the Lanczos method with the inverse of the saddle-point matrix
-[[K - s M, B^T], [B, 0]], which keeps B x = 0 (Ericsson & Ruhe 1980, Math. Comp. 35:1251). Besides
-being made for large problems, it finds the soft motions of slender bodies that a dense solution
-of K x = mu M x loses in the round-off of the stiff ones. Dense, in a basis of the null space of
-B, where most eigenvalues are wanted.
+The lowest are found by subspace iteration with the inverse of the saddle-point matrix
+[[K - s M, B^T], [B, 0]], which keeps B x = 0. A block of vectors misses no multiple eigenvalue,
+such as the six rigid motions, as the Lanczos method may. The inverse keeps the soft motions of
+slender bodies that a dense solution of K x = mu M x loses in the round-off of the stiff ones;
+that is used, in a basis of the null space of B, where most eigenvalues are wanted.
 """
 
 from collections.abc import Callable
@@ -13,14 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh, eigvalsh, ldl, null_space
 from scipy.sparse import block_array, csc_array, diags_array
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float64]
 
-PASSES = 3
-"""Shifts tried on the way to the lowest eigenvalues."""
+PASSES, ITERATIONS = 10, 200
+"""Shifts tried on the way to the lowest eigenvalues; iterations with each."""
+FAR = 0.01
+"""Ten times an eigenvalue, relative to the shift, that calls for one nearer [-]."""
+STILL = 1e-12
+"""Change of an eigenvalue, relative to its distance from the shift, at the end [-]."""
 ROUNDING = 1e-12
-"""Eigenvalues that are not distinguished from zero, relative to ``ratio`` [-]."""
+"""Smallest shift, relative to ``ratio`` [-]."""
+LOST = (
+    "the lowest eigenvalues cannot be told from round-off: a body is too slender, or free to spin"
+)
 HELD = 1e-12
 """Constraints of which no more than this part is new are repeated ones [-]."""
 STIFF = 1e3
@@ -50,17 +57,54 @@ def lowest(
     if count > free // 4:
         return _lowest_dense(K, M, B, count)
     unit = ratio(K, M, size)
-    shift, passes = -1e-5 * unit, 0
-    while True:
+    many = min(free, count + max(8, count))
+    X = np.random.default_rng(0).standard_normal((K.shape[0], many))
+    shift = -1e-5 * unit
+    nearer = True
+    for _ in range(PASSES):
         moved = csc_array(K - shift * M)
         if negatives(moved, B):  # there are eigenvalues below the shift
-            shift, passes = 10.0 * shift, PASSES
+            shift, nearer = 10.0 * shift, False
             continue
-        values, shapes = _shifted(K, M, saddle_solve(moved, B), shift, count)
-        nearer = max(10.0 * float(values[-1]), ROUNDING * unit)
-        if passes >= PASSES or nearer > 1e-3 * abs(shift):
-            return values, shapes
-        shift, passes = -nearer, passes + 1
+        try:
+            values, X = _iterated(M, saddle_solve(moved, B), X, shift, count, not nearer)
+        except LinAlgError:  # the shift drowns in round-off
+            shift, nearer = 100.0 * shift, False
+            continue
+        close = max(10.0 * float(values[count - 1]), ROUNDING * unit)
+        if not nearer or close > FAR * abs(shift):
+            return values[:count], X[:, :count]
+        shift = -close
+    raise ArithmeticError(LOST)
+
+
+def _iterated(
+    M: csc_array,
+    inverse: Callable[[Array], Array],
+    X: Array,
+    shift: float,
+    count: int,
+    last: bool,
+) -> tuple[Array, Array]:
+    """Subspace iteration (Bathe 1971): Ritz values (p,) and vectors (n, p) of the block ``X``.
+
+    Ends once the first ``count`` values stand still, or are seen to lie far from the shift.
+    """
+    before = np.full(count, np.inf)
+    for iteration in range(ITERATIONS):
+        MX = M @ X
+        Y = inverse(MX)
+        A, C = Y.T @ MX, Y.T @ (M @ Y)
+        theta, V = eigh(0.5 * (C + C.T), 0.5 * (A + A.T))
+        theta, V = theta[::-1], V[:, ::-1]
+        X = Y @ (V / np.sqrt(theta))
+        values = shift + 1.0 / theta
+        if np.all(np.abs(values[:count] - before) <= STILL * np.abs(values[:count] - shift)):
+            return values, X
+        if not last and iteration >= 2 and 10.0 * values[count - 1] < FAR * abs(shift):
+            return values, X
+        before = values[:count]
+    raise ArithmeticError(LOST)
 
 
 def ratio(K: csc_array, M: csc_array, size: Array) -> float:
@@ -95,27 +139,14 @@ def _inverted(stiffness: Array, inertia: Array, count: int) -> tuple[Array, Arra
     raise ArithmeticError("a motion without mass is unstable")
 
 
-def _shifted(
-    K: csc_array, M: csc_array, inverse: Callable[[Array], Array], shift: float, count: int
-) -> tuple[Array, Array]:
-    n = K.shape[0]
-    operator = LinearOperator((n, n), matvec=inverse, dtype=float)
-    first = inverse(M @ np.random.default_rng(0).standard_normal(n))
-    values, shapes = eigsh(
-        K, count, M, sigma=shift, OPinv=operator, v0=first, ncv=max(2 * count + 20, 40)
-    )
-    order = np.argsort(values)
-    return values[order], shapes[:, order]
-
-
 def saddle_solve(K: csc_array, B: csc_array) -> Callable[[Array], Array]:
-    """b (n,) -> x (n,) with K x + B^T l = b, B x = 0."""
+    """b (n,) or (n, k) -> x of the same shape with K x + B^T l = b, B x = 0."""
     n, m = K.shape[0], B.shape[0]
     matrix = block_array([[K, B.T], [B, None]], format="csc") if m else csc_array(K)
     solve = splu(matrix).solve
 
     def inverse(b: Array) -> Array:
-        return solve(np.concatenate([np.ravel(b), np.zeros(m)]))[:n]
+        return solve(np.concatenate([b, np.zeros((m, *b.shape[1:]))]))[:n]
 
     return inverse
 

@@ -124,4 +124,4 @@ def _directions(basis: Array) -> str:
         return " and ".join(named) if len(named) < 3 else "x, y and z"
     signs = np.sign(basis[np.argmax(np.abs(basis), axis=0), range(basis.shape[1])])
     columns = (basis * signs).T
-    return " and ".join("({:.3g}, {:.3g}, {:.3g})".format(*(c + 0.0)) for c in columns)
+    return " and ".join("({:.3g}, {:.3g}, {:.3g})".format(*(c.round(6) + 0.0)) for c in columns)

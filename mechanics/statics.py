@@ -25,6 +25,9 @@ STIFFNESS = Factors(0.0, 1.0, 0.0)
 LARGEST_CORRECTION = 1.0
 """A longer Newton correction is shortened to this, relative to ``System.scale`` (~ radians)."""
 
+UNHELD = 1e3
+"""A first correction beyond this is that of a body which nothing holds, but for round-off."""
+
 LARGEST_STEP = 1.0
 """A load step that moves a coordinate further may end on another branch; it is halved."""
 
@@ -156,7 +159,7 @@ def newton(
         step = solve(-residual)
         size = np.abs(step[:n]) / system.scale
         worst = int(np.argmax(size))
-        if not np.isfinite(size[worst]):
+        if not size[worst] <= (UNHELD if count == 1 else np.inf):
             break
         if size[worst] <= tolerance:
             y = y + step
