@@ -58,6 +58,21 @@ class Equilibrium(NamedTuple):
     why: str
 
 
+class Allowed(NamedTuple):
+    """Bounds for Newton.
+
+    correction : at the end, relative to ``System.scale``
+    iterations : with one factorisation each
+    first : largest first correction
+    careful : with the line search
+    """
+
+    correction: float
+    iterations: int
+    first: float
+    careful: bool
+
+
 class Found(NamedTuple):
     """Where Newton ended; ``worst`` is the unknown that moves, or is out of balance, most."""
 
@@ -90,13 +105,14 @@ def equilibrium(
     iterations : allowed in one load step
     """
     y = at_rest(system) if start is None else np.concatenate([start.q, start.lam])
-    fraction, increment, spent = 0.0, 1.0 / steps, 0
+    fraction, increment, spent, bound = 0.0, 1.0 / steps, 0, UNHELD
     while fraction < 1.0:
         goal = min(1.0, fraction + increment)
         if 1.0 - goal < 1e-9:
             goal = 1.0
         small = increment <= 1.0 / (8 * steps)
-        found = newton(system, y, goal, between(c0, c1, goal), tolerance, iterations, careful=small)
+        allowed = Allowed(tolerance, iterations, bound, careful=small)
+        found = newton(system, y, goal, between(c0, c1, goal), allowed)
         spent += found.iterations
         moved = float(np.max(np.abs(found.y - y)[: system.n] / system.scale, initial=0.0))
         if not found.why and (moved <= LARGEST_STEP or small):
@@ -104,15 +120,14 @@ def equilibrium(
             if found.iterations <= EASY and moved < 0.5 * LARGEST_STEP:
                 increment = min(2.0 * increment, GROWTH / steps)
             continue
-        loose = free_motions(system, y, c0) if found.why and fraction == 0.0 else []
+        loose = free_motions(system, y, c0) if found.why and bound < np.inf else []
         if loose or increment <= 1.0 / (1024 * steps):
-            return Equilibrium(y[: system.n], y[system.n :], spent, fraction, _why(found, loose))
-        increment *= 0.5
+            why = "nothing holds " + "; ".join(loose) if loose else found.why
+            return Equilibrium(y[: system.n], y[system.n :], spent, fraction, why)
+        if not found.why or found.iterations > 1 or bound == np.inf:
+            increment *= 0.5
+        bound = np.inf if found.why else bound
     return Equilibrium(y[: system.n], y[system.n :], spent, 1.0, "")
-
-
-def _why(found: Found, loose: list[str]) -> str:
-    return "nothing holds " + "; ".join(loose) if loose else found.why
 
 
 def at_rest(system: System) -> Array:
@@ -136,21 +151,10 @@ def load_change(
     return (ahead - behind) / (2.0 * h)
 
 
-def newton(
-    system: System,
-    y: Array,
-    t: float,
-    coef: Coefficients,
-    tolerance: float,
-    iterations: int,
-    careful: bool = False,
-) -> Found:
-    """Solve for the equilibrium at load factor ``t``, starting from ``y`` (n + m,).
-
-    careful : with the line search
-    """
+def newton(system: System, y: Array, t: float, coef: Coefficients, allowed: Allowed) -> Found:
+    """Solve for the equilibrium at load factor ``t``, starting from ``y`` (n + m,)."""
     n, still, worst, stressed = system.n, np.zeros_like(y), 0, coef
-    for count in range(1, iterations + 1):
+    for count in range(1, allowed.iterations + 1):
         residual = system.residual(y, still, t, coef)
         data = system.matrix(y, still, t, stressed, STIFFNESS)
         solve = system.factorise(data)
@@ -159,9 +163,9 @@ def newton(
         step = solve(-residual)
         size = np.abs(step[:n]) / system.scale
         worst = int(np.argmax(size))
-        if not size[worst] <= (UNHELD if count == 1 else np.inf):
+        if not size[worst] <= (allowed.first if count == 1 else np.inf):
             break
-        if size[worst] <= tolerance:
+        if size[worst] <= allowed.correction:
             y = y + step
             heavy = unbalanced(system, y, t, coef, data, system.residual(y, still, t, coef))
             if heavy is None:
@@ -169,7 +173,7 @@ def newton(
             worst, stressed = heavy, coef
             continue
         step *= min(1.0, LARGEST_CORRECTION / float(size[worst]))
-        if careful:
+        if allowed.careful:
             step *= _part(system, y, t, (coef, stressed), step, solve)
         stressed = predicted(system, coef, y, step, y + step)
         y = y + step
