@@ -119,8 +119,8 @@ PLACE[INSIDE] = np.arange(INNER)
 """(22,) place of a row among the inner measures."""
 OUTER = np.array([*range(AXIAL, BENDING), *range(SECTION, NORMAL)], dtype=np.intp)
 """Rows on which no other row depends."""
-PASSED = np.array([*range(BENDING, SECTION), NORMAL, NORMAL + 1, TURN], dtype=np.intp)
-"""Rows that depend on inner measures alone."""
+STRIPE = np.array([AXIAL, BENDING + 1, SHEAR + 1, NORMAL], dtype=np.intp)
+"""Stripes of four rows that hold all but those of the section."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -334,74 +334,60 @@ def _points(arms, G):
 
 @njit(cache=True, error_model="numpy")
 def _derivatives(eps, J):
-    """Derivatives (22, 12) of the strains in the inner measures."""
+    """Derivatives (24, 12) of the strains in the inner measures."""
     J[:] = 0.0
-    for r in range(ROWS):
-        if PLACE[r] >= 0:
-            J[r, PLACE[r]] = 1.0
-    _mixed_rows(eps, J, SWEEP[0], SWEEP[1])
+    for a in range(INNER):
+        J[INSIDE[a], a] = 1.0
+    for m in range(SWEEP[0], SWEEP[1]):
+        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
+        J[r, PLACE[p]] += f * eps[q]
+        J[r, PLACE[q]] += f * eps[p]
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
         s, half = 1.0 / np.sqrt(eps[z]), 0.5 * eps[r] / eps[z]
         for j in range(INNER):
             J[r, j] = s * J[r, j] - half * J[z, j]
-    _mixed_rows(eps, J, SWEEP[1], SWEEP[2])
-
-
-@njit(cache=True, error_model="numpy")
-def _mixed_rows(eps, J, first, end):
-    """Add the gradients of products of strains."""
-    for m in range(first, end):
-        r, p, q = MIX_ROW[m], MIX_P[m], MIX_Q[m]
-        a, b = MIX_FACTOR[m] * eps[p], MIX_FACTOR[m] * eps[q]
-        for j in range(INNER):
-            J[r, j] += a * J[q, j] + b * J[p, j]
-
-
-@njit(cache=True, error_model="numpy")
-def _change_of_rows(eps, rate, J, Jv, first, end):
-    """Add the rates of the same gradients to Jv."""
-    for m in range(first, end):
+    for m in range(SWEEP[1], SWEEP[2]):
         r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
-        a, b, c, d = f * eps[p], f * eps[q], f * rate[p], f * rate[q]
         for j in range(INNER):
-            Jv[r, j] += a * Jv[q, j] + b * Jv[p, j] + c * J[q, j] + d * J[p, j]
+            J[r, j] += f * (eps[p] * J[q, j] + eps[q] * J[p, j])
 
 
 @njit(cache=True, error_model="numpy")
 def _changes(eps, rate, J, Jv):
-    """Rates (22, 12) of the derivatives."""
+    """Rates (24, 12) of the derivatives."""
     Jv[:] = 0.0
-    _change_of_rows(eps, rate, J, Jv, SWEEP[0], SWEEP[1])
+    for m in range(SWEEP[0], SWEEP[1]):
+        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
+        Jv[r, PLACE[p]] += f * rate[q]
+        Jv[r, PLACE[q]] += f * rate[p]
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
         s, half = 1.0 / np.sqrt(eps[z]), 0.5 / eps[z]
         a = half * (half * eps[r] * rate[z] - rate[r])
         for j in range(INNER):
             Jv[r, j] = s * Jv[r, j] - half * (eps[r] * Jv[z, j] + rate[z] * J[r, j]) + a * J[z, j]
-    _change_of_rows(eps, rate, J, Jv, SWEEP[1], SWEEP[2])
-
-
-@njit(cache=True, error_model="numpy")
-def _curve(J, S, W, first, end):
-    """Add the curvatures of products of strains to W."""
-    for m in range(first, end):
-        p, q, s = MIX_P[m], MIX_Q[m], S[MIX_ROW[m]] * MIX_FACTOR[m]
+    for m in range(SWEEP[1], SWEEP[2]):
+        r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
         for j in range(INNER):
-            W[p, j] += s * J[q, j]
-            W[q, j] += s * J[p, j]
+            Jv[r, j] += f * (eps[p] * Jv[q, j] + eps[q] * Jv[p, j])
+            Jv[r, j] += f * (rate[p] * J[q, j] + rate[q] * J[p, j])
 
 
 @njit(cache=True, error_model="numpy")
 def _curvatures(eps, J, S, W):
-    """Curvatures of the strains, W (22, 12) such that their sum is J_r (x) W_r; S becomes the
+    """Curvatures of the strains, W (24, 12) such that their sum is J_r (x) W_r; S becomes the
     stresses of the measures.
 
     b = eta z^-1/2 has the second derivative z^-1/2 eta'' - b/(2 z) z'' - (b' z' + z' b')/(2 z)
     + b/(4 z^2) z' z'.
     """
     W[:] = 0.0
-    _curve(J, S, W, SWEEP[1], SWEEP[2])
+    for m in range(SWEEP[1], SWEEP[2]):
+        p, q, s = MIX_P[m], MIX_Q[m], S[MIX_ROW[m]] * MIX_FACTOR[m]
+        for j in range(INNER):
+            W[p, j] += s * J[q, j]
+            W[q, j] += s * J[p, j]
     _pass_on(eps, S, SWEEP[1], SWEEP[2])
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
@@ -410,7 +396,10 @@ def _curvatures(eps, J, S, W):
             W[r, j] -= half * S[r] * J[z, j]
             W[z, j] -= half * S[r] * (J[r, j] - half * eps[r] * J[z, j])
     _divide_stresses(eps, S)
-    _curve(J, S, W, SWEEP[0], SWEEP[1])
+    for m in range(SWEEP[0], SWEEP[1]):
+        p, q, s = MIX_P[m], MIX_Q[m], S[MIX_ROW[m]] * MIX_FACTOR[m]
+        W[p, PLACE[q]] += s
+        W[q, PLACE[p]] += s
     _pass_on(eps, S, SWEEP[0], SWEEP[1])
 
 
@@ -473,51 +462,39 @@ def _measures(X, V, arms, S, damped, arms_v, K):
 
 
 @njit(cache=True, error_model="numpy")
-def _small(coef, cK, cC, tau, J, Jv, W, H, Hv):
-    """H and Hv (12, 12) such that the tangent holds G^T (H G + Hv dG/dt)."""
-    for r in range(BENDING, SECTION):
-        c, cv = coef[r] * (cK + cC * tau), coef[r] * cK * tau
-        for j in range(INNER):
-            W[r, j] += c * J[r, j] + cv * Jv[r, j]
-    H[:], Hv[:] = 0.0, 0.0
-    for m in range(PASSED.size):
-        r = PASSED[m]
-        cv = coef[r] * cK * tau if r < SECTION else 0.0
-        for i in range(INNER):
-            c = J[r, i]
-            if c != 0.0:
-                for j in range(INNER):
-                    H[i, j] += c * W[r, j]
-                if cv != 0.0:
-                    for j in range(INNER):
-                        Hv[i, j] += c * cv * J[r, j]
+def _add_four(A, a, i, B, b, C, c, count):
+    """C[c + k] += sum over four rows r of A[a + r, i + k] B[b + r], for k < ``count``."""
+    for k in range(count):
+        p, q, r, s = A[a, i + k], A[a + 1, i + k], A[a + 2, i + k], A[a + 3, i + k]
+        for j in range(B.shape[1]):
+            C[c + k, j] += (p * B[b, j] + q * B[b + 1, j]) + (r * B[b + 2, j] + s * B[b + 3, j])
 
 
 @njit(cache=True, error_model="numpy")
-def _seconds(coef, cK, cC, tau, J, Jv, H, Hv, G, Gv, R):
-    """Rows R (22, 24) with which those of G are multiplied; of the axial strains G becomes the
-    whole gradient."""
-    for a in range(INNER - 1):
-        row = INSIDE[a]
-        R[row] = 0.0
-        for b in range(INNER - 1):
-            c, cv, other = H[a, b], Hv[a, b], INSIDE[b]
-            for j in range(LONG):
-                R[row, j] += c * G[other, j]
-            if cv != 0.0:
-                for j in range(LONG):
-                    R[row, j] += cv * Gv[other, j]
+def _inner_rows(J, W, G, R, H):
+    """Add H G, H = sum J_r (x) W_r, to the rows R of the inner measures; ``H`` is transposed."""
+    H[:] = 0.0
+    for m in range(4):
+        _add_four(W, STRIPE[m], 0, J, STRIPE[m], H, 0, INNER)
+    for m in range(0, INNER, 4):
+        _add_four(H, m, 0, G, INSIDE[m], R, BENDING, 8)
+        _add_four(H, m, 8, G, INSIDE[m], R, NORMAL, 3)
+
+
+@njit(cache=True, error_model="numpy")
+def _whole(J, G, B):
+    """Add what axial strains owe to shear to their gradients."""
     for r in range(AXIAL, BENDING):
-        for b in range(SHEAR, TORSION):
-            c, cv = J[r, PLACE[b]], Jv[r, PLACE[b]]
-            for j in range(LONG):
-                G[r, j] += c * G[b, j]
-                Gv[r, j] += c * Gv[b, j] + cv * G[b, j]
+        _add_four(J.T, PLACE[SHEAR], r, G, SHEAR, B, r, 1)
+
+
+@njit(cache=True, error_model="numpy")
+def _outer_rows(D, G, R):
+    """Add the rows R of the strains on which no other depends."""
     for m in range(OUTER.size):
         r = OUTER[m]
-        c, cv = coef[r] * (cK + cC * tau), coef[r] * cK * tau
         for j in range(LONG):
-            R[r, j] = c * G[r, j] + cv * Gv[r, j]
+            R[r, j] += D[r] * G[r, j]
 
 
 @kernel(TANGENT)
@@ -528,40 +505,52 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     and df/dv = sum D tau B B^T.
     """
     X, V, K, row = np.empty(21), np.zeros(21), np.empty((21, LONG)), np.empty(LONG)
-    G, Gv, R = np.empty((ROWS, LONG)), np.zeros((ROWS, LONG)), np.zeros((ROWS, LONG))
-    J, Jv, W = np.empty((ROWS, INNER)), np.zeros((ROWS, INNER)), np.empty((ROWS, INNER))
-    H, Hv = np.empty((INNER, INNER)), np.empty((INNER, INNER))
+    G, Gv, R = np.empty((LONG, LONG)), np.zeros((LONG, LONG)), np.empty((LONG, LONG))
+    J, Jv, W = np.empty((LONG, INNER)), np.zeros((LONG, INNER)), np.empty((LONG, INNER))
+    H, D, Dv = np.empty((INNER, INNER)), np.empty(STRAINS), np.empty(STRAINS)
     arms, arms_v = np.empty((8, 10)), np.empty((8, 10))
-    eps, rate, S = np.empty(ROWS), np.empty(ROWS), np.empty(ROWS)
+    eps, rate, S = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS)
     for e in range(len(floats)):
-        L, tau, D = floats[e, 0], floats[e, 1], coef[e]
+        L, tau = floats[e, 0], floats[e, 1]
         _gather(y, ints, e, L, X)
         _strains(X, eps, arms)
-        rate[:], G[:], Gv[:], K[:] = 0.0, 0.0, 0.0, 0.0
         if tau > 0.0:
             _gather(v, ints, e, L, V)
             _rates(X, V, eps, arms, rate)
-        _stresses(D, tau, eps, rate, S)
+        _stresses(coef[e], tau, eps, rate, S)
         for r in range(STRAINS):
-            S[r] *= cK
+            D[r], Dv[r], S[r] = coef[e, r] * (cK + cC * tau), coef[e, r] * cK * tau, cK * S[r]
+        G[:], R[:], K[:] = 0.0, 0.0, 0.0
         _derivatives(eps, J)
         _curvatures(eps, J, S, W)
         _measures(X, V, arms, S, tau > 0.0, arms_v, K)
         _products(X, G)
         _points(arms, G)
-        Jv[:] = 0.0
+        for r in range(BENDING, SECTION):
+            for j in range(INNER):
+                W[r, j] += D[r] * J[r, j]
         if tau > 0.0:
-            _changes(eps, rate, J, Jv)
+            Gv[:] = 0.0
             _products(V, Gv)
             _points(arms_v, Gv)
-        _small(D, cK, cC, tau, J, Jv, W, H, Hv)
-        _seconds(D, cK, cC, tau, J, Jv, H, Hv, G, Gv, R)
-        for r in range(TURN + 1):
-            for i in range(21):
-                c = G[r, i]
-                if c != 0.0:
-                    for j in range(LONG):
-                        K[i, j] += c * R[r, j]
+            _changes(eps, rate, J, Jv)
+            for r in range(BENDING, SECTION):
+                for j in range(INNER):
+                    W[r, j] += Dv[r] * Jv[r, j]
+        _inner_rows(J, W, G, R, H)
+        if tau > 0.0:
+            W[:] = 0.0
+            for r in range(BENDING, SECTION):
+                for j in range(INNER):
+                    W[r, j] = Dv[r] * J[r, j]
+            _inner_rows(J, W, Gv, R, H)
+            _whole(J, Gv, Gv)
+            _whole(Jv, G, Gv)
+            _outer_rows(Dv, Gv, R)
+        _whole(J, G, G)
+        _outer_rows(D, G, R)
+        for r in range(0, LONG, 4):
+            _add_four(G, r, 0, R, r, K, 0, 21)
         for i in range(24):
             c = -1.0 / L if i < 3 else (1.0 / L if 12 <= i < 15 else 1.0)
             k = i if i < 12 else (i - 12 if i < 15 else i - 3)
