@@ -167,7 +167,8 @@ def _sums(S: Array, N: Array, w: Array, zeta: Array, share: Array) -> tuple[Arra
     flat = S.reshape(n, -1, m).transpose(0, 2, 1)
     work = np.stack([(flat @ stress.reshape(n, -1, m))[:, i, j] for stress in stresses])
     resultants = np.stack([_resultant(stress, zeta).sum(axis=1) for stress in stresses])
-    mass = np.einsum("eg,ega,egb->eab", w, N, N, optimize=True)
+    mass = (w[:, :, None] * N).transpose(0, 2, 1) @ N
+    mass = 0.5 * (mass + mass.transpose(0, 2, 1))  # symmetric to the last bit
     return work, resultants / share.sum(axis=1)[:, None, None], mass
 
 

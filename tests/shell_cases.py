@@ -66,19 +66,13 @@ def curved(n_u=2, n_v=2, sizes=(1.2, 0.9)):
 
 
 def distorted():
-    """Nine quadrilaterals of a rectangle 1.2 x 0.9, inner nodes moved (no smooth grid lines)."""
-    x, y = np.meshgrid(np.linspace(0, 1.2, 4), np.linspace(0, 0.9, 4), indexing="ij")
-    points = np.stack([x.ravel(), y.ravel(), np.zeros(16)], axis=1)
-    points[[5, 6, 9, 10], :2] += [[0.08, -0.05], [-0.06, 0.07], [0.05, 0.06], [0.09, -0.08]]
-    return quads(points, 3, 3)
-
-
-def quads(points, n_u, n_v):
-    """A grid of quadrilaterals in z = 0, without slopes of its own."""
-    i = (np.arange(n_u)[:, None] * (n_v + 1) + np.arange(n_v)).ravel()
-    corners = np.stack([i, i + n_v + 1, i + n_v + 2, i + 1], axis=1)
-    x, y = (np.tile(row, (len(points), 1)) for row in np.eye(3)[:2])
-    return Surface(points, corners, np.ones((len(corners), 2)), x, y, 0.0 * x)
+    """Patch of MacNeal & Harder (1985): five quadrilaterals on 1.2 x 0.6, of no grid."""
+    outer = [[0.0, 0.0], [1.2, 0.0], [1.2, 0.6], [0.0, 0.6]]
+    inner = [[0.2, 0.1], [0.9, 0.15], [0.8, 0.4], [0.4, 0.4]]
+    points = np.column_stack([[*outer, *inner], np.zeros(8)])
+    corners = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]])
+    x, y = (np.tile(row, (8, 1)) for row in np.eye(3)[:2])
+    return Surface(points, corners, np.ones((5, 2)), x, y, 0.0 * x)
 
 
 def force(c, q, coef, v=None):

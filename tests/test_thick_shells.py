@@ -189,7 +189,8 @@ def test_kinetic_energy_of_a_moving_plate(family):
     c = case(family, plate(a, b, 3, 2), h)
     m = 2700.0 * a * b * h
     M = mass(c).toarray()
-    assert np.array_equal(M, M.T)
+    blocks = c.term.mass_blocks()
+    assert np.array_equal(blocks, blocks.transpose(0, 2, 1))
     v = np.zeros((len(c.T), c.layout.kinds["s"] // 3, 3))
     v[:, 0] = [1.0, -2.0, 0.5]
     assert v.ravel() @ M @ v.ravel() == pytest.approx(m * 5.25, rel=1e-12)
