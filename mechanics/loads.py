@@ -12,13 +12,14 @@ Terms add minus the load, since they are resisting forces.
 """
 
 from collections.abc import Sequence
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from mechanics import load_kernels as kernels
-from mechanics.description import Force, History, Load, Moment, Site, Torque
+from mechanics.description import Force, History, Load, Moment, Site, Torque, Traction
 from mechanics.layout import Layout, Side
 
 Array = NDArray[np.float64]
@@ -119,6 +120,8 @@ def build(
     terms: list[Dead | Turning] = [_forces(forces, layout)] if forces else []
     if moments:
         terms.append(Turning(moments, layout))
+    if tractions := [load for load in loads if isinstance(load, Traction)]:
+        terms.append(import_module("mechanics.traction").build(tractions, layout))
     if np.any(gravity):
         terms.append(_weight(gravity, layout, mass))
     return terms
@@ -167,9 +170,8 @@ def _vectors(name: str, layout: Layout) -> NDArray:
     return (layout.node_dofs[name][:, None] + step).ravel()
 
 
-def _on_body(kind: str, load: Load, layout: Layout) -> Side:
-    site = load.a if isinstance(load, Torque) else load.site
-    side = layout.site(site)
+def _on_body(kind: str, load: Force | Moment, layout: Layout) -> Side:
+    side = layout.site(load.site)
     if side.fixed:
         raise ValueError(f"{kind} {load.name!r}: it must act on a body, not on the ground")
     return side
