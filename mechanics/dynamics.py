@@ -1,40 +1,34 @@
-"""Motion over a coupling window: substeps of HHT-alpha under step control.
+"""Motion over a coupling window: states in, states out, around the compiled ``mechanics.march``.
 
-One substep: try -> refuse, or locate the onset of an impact -> accept -> book the energy.
 Step sizes lie on a ladder of halvings so that factorisations survive; they shrink below their
 rung only to end the window exactly or to land on the onset of an impact.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import ceil
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from mechanics import ledger
-from mechanics.hht import Jacobian, Motion, Scheme, step
-from mechanics.ledger import Balance
-from mechanics.system import Coefficients, System
+from mechanics import march
+from mechanics.march import Rows
+from mechanics.schemes import Scheme
+from mechanics.system import HOLDING, Coefficients, Factors, System, flat
 
 Array = NDArray[np.float64]
 
-LANDING = 1e-6
-"""An impact begins, and ends, within this fraction of the clearance before touching [-]."""
-BERNSTEIN = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1]], float)
-"""(4, 4) Coefficients of a cubic from its four control points."""
-CALM = 4
-"""Steps between a refusal and the next doubling of the step size."""
-IMPACT_RESOLUTION = 32.0
-"""Steps into which the estimated duration of an impact is divided."""
-VIOLENT = 0.1
-"""Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
-DOUBLING_ERROR = 0.1
-"""Part of the tolerance below which a local error allows twice the step, eight times the error."""
-UNMEASURED = -1.0
-"""Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
+ROWS = 512
+"""Steps between two looks of an observer."""
+MOVED = 1e-9
+"""Change of the initial velocities, relative to the largest, that counts as a change [-]."""
+
+_REASONS = {
+    march.UNCONVERGED: "Newton did not converge at {}",
+    march.SINGULAR: "the system matrix is singular",
+    march.INACCURATE: "the local error stays above the tolerance at {}",
+    march.INFINITE: "forces are not finite at {}",
+}
 
 
 @dataclass(frozen=True)
@@ -50,6 +44,36 @@ class Control:
     smallest_step: float = 1e-10
     scheme: Scheme = field(default_factory=Scheme)
 
+    @property
+    def settings(self) -> Array:
+        """Settings of ``mechanics.march``."""
+        return self.scheme.settings(self.tolerance, self.largest_step, self.smallest_step)
+
+
+class Motion(NamedTuple):
+    """Where the system is.
+
+    t : float [s]
+    q, v, a : (n,) float  coordinates, velocities, accelerations
+    lam : (m,) float  multipliers of the constraints
+    force : (n,) float  all forces but inertia, constraints included
+    approach : (n_j,) float [m/s]  approach speed of the impact that runs in each clearance
+        joint; 0 where there is none, -1 where it is not known
+    before : (2, n + m) float  coordinates and velocities one step before; (2, 0) where the scheme
+        does not need them
+    last : float [s]  size of the last step; 0 before the first
+    """
+
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    force: Array
+    approach: Array
+    before: Array
+    last: float
+
 
 class State(NamedTuple):
     """Everything that a later step depends on.
@@ -58,6 +82,7 @@ class State(NamedTuple):
     rung : int  step size = largest_step / 2**rung
     calm : int  accepted steps since the last refusal
     counts : (3,) int  accepted steps, refused steps, Newton corrections so far
+    latched : (n_l,) float  1 where a latch has caught
     """
 
     motion: Motion
@@ -65,6 +90,7 @@ class State(NamedTuple):
     rung: int
     calm: int
     counts: Array
+    latched: Array
 
 
 class Window(NamedTuple):
@@ -90,47 +116,105 @@ class Window(NamedTuple):
         return tuple(a + s * (b - a) for a, b in zip(self.c0, self.c1, strict=True))
 
 
-class _Here(NamedTuple):
-    """A state with what was computed along with it."""
-
-    state: State
-    coef: Coefficients
-    balance: Balance
-    jacobian: Jacobian | None
+Observe = Callable[[Rows], None]
 
 
-class _Tried(NamedTuple):
-    """A converged step that has not been accepted yet."""
-
-    motion: Motion
-    coef: Coefficients
-    jacobian: Jacobian
-    error: float
-
-
-Observe = Callable[[State, Array], None]
+# --------------------------------------------------------------------------------------- the start
 
 
 def initial_state(
     system: System, control: Control, coef: Coefficients, t: float = 0.0
 ) -> tuple[State | None, str]:
-    """State at rest or in the initial motion, with consistent accelerations and multipliers."""
-    q, v = system.layout.q0.copy(), system.layout.v0.copy()
-    approach = system.apart
-    found = system.initial_acceleration(q, v, t, coef, approach)
-    if found is None:
+    """State in the initial motion, with consistent velocities, accelerations and multipliers.
+
+    Velocities that violate the constraints are changed as by an impact (see ``impulse``).
+    """
+    q, latched = system.layout.q0.copy(), np.zeros(len(system.program.latch_value))
+    coef = _latched(system, coef, latched)
+    v = impulse(system, q, system.layout.v0.copy(), t, coef)
+    found = None if v is None else balanced(system, q, v, t, coef)
+    if found is None or v is None:
         return None, "initial accelerations: the constraints contradict or repeat one another"
-    a, lam = found
-    force = system.force(q, v, t, coef, approach) + system.constraint_force(q, t, lam)
-    motion = Motion(t, q, v, a, lam, force, force, approach)
-    motion = motion._replace(approach=_approach(system, motion, coef))
-    return State(motion, ledger.balance(system, motion, coef).row, 0, 0, np.zeros(3, np.int64)), ""
+    a, lam, force = found
+    response = system.respond(system.unknowns(q), _padded(system, v), coef)
+    approach = np.zeros(len(response))
+    march.note_approach(system.program.contact_at, flat(coef), response, approach)
+    size = system.n + system.m if control.scheme.kind == march.BDF2 else 0
+    motion = Motion(t, q, v, a, lam, force, approach, np.zeros((2, size)), 0.0)
+    ledger = np.zeros(march.TERMS)
+    ledger[0] = 0.5 * float(v @ (system.mass @ v))
+    ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
+    return State(motion, ledger, 0, 0, np.zeros(3, np.int64), latched), ""
+
+
+def impulse(system: System, q: Array, v: Array, t: float, coef: Coefficients) -> Array | None:
+    """Velocities after an impulse that makes them obey the constraints; None if none can.
+
+    M (v1 - v0) + Phi_q^T mu = 0, Phi_q v1 + Phi_t = 0: the least change of kinetic energy in the
+    motion that it stops (Bertrand & Delaunay; Pars 1965, sec. 14.4).
+    """
+    if not system.m:
+        return v
+    y = system.unknowns(q)
+    solve = system.factorise(system.matrix(y, _padded(system, v), t, coef, Factors(1.0, 0.0, 0.0)))
+    if solve is None:
+        return None
+    rate = _slopes(system, y, _padded(system, v), t, coef)[0]
+    change = solve(np.concatenate([np.zeros(system.n), -rate]))[: system.n]
+    return v + change if np.all(np.isfinite(change)) else None
+
+
+def balanced(
+    system: System, q: Array, v: Array, t: float, coef: Coefficients
+) -> tuple[Array, Array, Array] | None:
+    """Accelerations (n,), multipliers (m,) and all forces (n,) that are in balance."""
+    y, w = system.unknowns(q), _padded(system, v)
+    solve = system.factorise(system.matrix(y, w, t, coef, Factors(1.0, 0.0, 0.0)))
+    if solve is None:
+        return None
+    bend = _slopes(system, y, w, t, coef)[1] if system.m else np.zeros(0)
+    free = system.residual(y, w, t, coef)[: system.n]
+    x = solve(np.concatenate([-free, -bend]))
+    a, lam = x[: system.n], x[system.n :]
+    return a, lam, system.residual(system.unknowns(q, lam), w, t, coef)[: system.n]
+
+
+def _slopes(
+    system: System, y: Array, v: Array, t: float, coef: Coefficients
+) -> tuple[Array, Array]:
+    """Phi_q v + Phi_t and the rest of the second derivative of Phi along q + v dt.
+
+    Central differences, exact for constraints quadratic in q.
+    """
+    eps = march.instant(y, v, system.n)
+    low, here, high = (
+        system.constraints(system.unknowns((y + s * v)[: system.n]), t + s, coef)
+        for s in (-eps, 0.0, eps)
+    )
+    return (high - low) / (2.0 * eps), (low - 2.0 * here + high) / eps**2
+
+
+def _padded(system: System, v: Array) -> Array:
+    return np.concatenate([v, np.zeros(system.m)])
+
+
+# ---------------------------------------------------------------------------------- a window
 
 
 def advance(
-    system: System, control: Control, state: State, window: Window, observe: Observe | None = None
+    system: System,
+    control: Control,
+    state: State,
+    window: Window,
+    observe: Observe | None = None,
+    full: bool = False,
 ) -> tuple[State, Array, str]:
     """Carry the state through the window.
+
+    Parameters
+    ----------
+    observe : called now and then with what was kept of the accepted steps
+    full : keep coordinates, velocities and ledger of each step as well
 
     Returns
     -------
@@ -138,243 +222,122 @@ def advance(
     lost : (n_j, 2) float [J]  normal dissipation and frictional work of each clearance joint
     why : str  "" or the reason why the window could not be finished
     """
-    here, end = _enter(system, state, window), window.t0 + window.h
-    lost = np.zeros((len(state.motion.approach), 2))
-    while here.state.motion.t < end:
-        new, why = _substep(system, control, here, window, end)
-        if new is None:
-            return state, lost, f"{why}, at t = {here.state.motion.t:.9g} s"
-        lost += ledger.contact_losses(here.balance, new.balance)
-        here = new
-        if observe is not None:
-            observe(here.state, _responses(system, here))
-    return here.state, lost, ""
-
-
-def _responses(system: System, here: _Here) -> Array:
-    if system.contact is None:
-        return np.zeros((0, 0))
-    m = here.state.motion
-    return system.contact.response(m.q, m.v, here.coef[-1], m.approach)
-
-
-def _enter(system: System, state: State, window: Window) -> _Here:
-    """Begin a window; a jump of the coefficients since the last one is work of heating."""
-    b = ledger.balance(system, state.motion, window.c0)
-    row = b.row
-    row[ledger.TERMS.index("work_thermal")] = b.stored - (state.ledger[1] + state.ledger[2])
-    return _Here(state._replace(ledger=ledger.accumulate(state.ledger, row)), window.c0, b, None)
-
-
-def _substep(
-    system: System, control: Control, here: _Here, window: Window, end: float
-) -> tuple[_Here | None, str]:
-    """One accepted substep, whatever number of refused ones it takes."""
-    target: float | None = None
+    carried, latched = _carried(system, state), state.latched.copy()
     while True:
-        h = _size(control, here.state, end, target)
-        tried, spent, why = _try(system, control, here, window, h, end)
-        here = _count(here, refused=int(tried is None), corrections=spent)
-        if tried is not None:
-            landing = _landing(system, here, tried)
-            if landing is None:
-                return _accept(system, control, here, tried), ""
-            target = landing * h
-        elif h <= 2.0 * control.smallest_step:
-            return None, why
-        elif target is not None:
-            target = 0.5 * h
-        else:
-            here = _lower(control, here, h)
+        w = _memory(system, control, window, carried, latched, full)
+        how, count, worst = march.march(system.packed, w)
+        if observe is not None and count:
+            observe(_rows(system, w, count))
+        carried = _returned(system, w)
+        if how == march.LATCHED:
+            how = _latch(system, window, carried, latched)
+        if how == march.DONE and carried.clock[0] >= window.t0 + window.h:
+            return _state(system, carried, latched), carried.lost, ""
+        if how not in (march.DONE, march.FULL):
+            why = f"{_reason(system, how, worst)}, at t = {carried.clock[0]:.9g} s"
+            return state, carried.lost, why
 
 
-def _size(control: Control, state: State, end: float, target: float | None) -> float:
-    """Step size on the ladder that ends the window in a whole number of steps, or the target."""
-    if target is not None:
-        return target
-    remaining = end - state.motion.t
-    rung = control.largest_step / 2**state.rung
-    return remaining / max(1, ceil(remaining / rung - 1e-9))
+def _reason(system: System, how: int, worst: int) -> str:
+    """Why no step is possible."""
+    if how == march.BEYOND:
+        return system.limits[worst].reason
+    return _REASONS[how].format(system.name_of(worst))
 
 
-def _try(
-    system: System, control: Control, here: _Here, window: Window, h: float, end: float
-) -> tuple[_Tried | None, int, str]:
-    """A converged step within the error tolerance, or the reason why not; and its corrections."""
-    start = here.state.motion
-    last = start.t + h > end - 1e-9 * window.h
-    coef = window.at(end if last else start.t + h)
-    touching = start.approach != 0.0
-    acting = _acting(coef, touching)
-    made = step(system, control.scheme, start, h, acting, here.jacobian, touching.tobytes())
-    if made.motion is None or made.jacobian is None:
-        return None, made.iterations, made.why
-    error, worst = _error(system, control, start, made.motion)
-    if error > 1.0:
-        why = f"the local error stays above the tolerance at {system.name_of(worst)}"
-        return None, made.iterations, why
-    motion = made.motion._replace(t=end) if last else made.motion
-    return _Tried(motion, coef, made.jacobian, error), made.iterations, ""
+def _memory(
+    system: System,
+    control: Control,
+    window: Window,
+    carried: march.Carried,
+    latched: Array,
+    full: bool,
+) -> march.Memory:
+    """Room for the march, filled with copies of where it begins."""
+    c0 = flat(_latched(system, window.c0, latched))
+    same = window.c1 is window.c0
+    c1 = np.zeros(0) if same else flat(_latched(system, window.c1, latched))
+    span = np.array([window.t0, window.t0 + window.h, window.h])
+    room = march.Window(span, c0, c1)
+    factors, settings = system.solver.work_size, control.settings
+    return march.memory(system.program, settings, room, carried, factors, ROWS, full)
 
 
-def _acting(coef: Coefficients, touching: NDArray[np.bool_]) -> Coefficients:
-    """No contact acts in a step that begins in free flight: it ends where the impact begins.
+def _latched(system: System, coef: Coefficients, latched: Array) -> Coefficients:
+    """Coefficients in which the latches that have caught hold."""
+    changed, latch = list(coef), 0
+    for k, term in enumerate(system.terms):
+        for row, *_ in getattr(term, "latches", ()):
+            changed[k] = changed[k].copy() if changed[k] is coef[k] else changed[k]
+            changed[k][row, HOLDING] = latched[latch]
+            latch += 1
+    return tuple(changed)
 
-    A force at the end of a long step would slow the journal down before it arrives.
+
+def _latch(system: System, window: Window, c: march.Carried, latched: Array) -> int:
+    """Close the latches that have reached their place: an impact that stops the relative motion.
+
+    What kinetic energy it takes is booked as hysteresis.
     """
-    if touching.all():
-        return coef
-    joints = coef[-1].copy()
-    joints[~touching, 0] = 0.0
-    return *coef[:-1], joints
+    p, n, t = system.program, system.n, float(c.clock[0])
+    beyond = np.sign(p.latch_value) * (c.y[p.latch_at[:, 0]] - p.latch_value) >= 0.0
+    latched[beyond] = 1.0
+    coef = _latched(system, window.at(t), latched)
+    v = impulse(system, c.y[:n], c.v[:n], t, coef)
+    found = None if v is None else balanced(system, c.y[:n], v, t, coef)
+    if v is None or found is None:
+        return march.SINGULAR
+    kinetic = 0.5 * float(v @ (system.mass @ v))
+    c.ledger[march.HYSTERESIS] += c.ledger[march.KINETIC] - kinetic
+    c.ledger[march.KINETIC] = kinetic
+    c.v[:n], c.a[:], c.y[n:], c.force[:] = v, found[0], found[1], found[2]
+    c.clock[1] = 0.0
+    return march.DONE
 
 
-def _error(system: System, control: Control, m0: Motion, m1: Motion) -> tuple[float, int]:
-    """Local error (beta - 1/6) h^2 |da| over the tolerance, and the coordinate where it is.
-
-    Zienkiewicz & Xie (1991).
-    """
-    h = m1.t - m0.t
-    factor = (control.scheme.beta - 1.0 / 6.0) * h * h / control.tolerance
-    sizes = np.abs(m1.a - m0.a) / system.scale
-    worst = int(np.argmax(sizes))
-    return factor * float(sizes[worst]), worst
-
-
-def _landing(system: System, here: _Here, tried: _Tried) -> float | None:
-    """Fraction of the step at which the first impact begins; None: no onset inside.
-
-    Journals fly along cubics through both ends of the step. One whose control points lie in the
-    bearing circle stays in it.
-    """
-    if system.contact is None or here.state.motion.approach.all():
-        return None
-    m0, m1 = here.state.motion, tried.motion
-    third = (m1.t - m0.t) / 3.0
-    (y0, v0, c0), (y1, v1, c1) = _planar(system, m0, here.coef), _planar(system, m1, tried.coef)
-    corners = np.stack([y0, y0 + third * v0, y1 - third * v1, y1], axis=1)
-    reach = np.linalg.norm(corners, axis=2).max(axis=1)
-    suspects = (m0.approach == 0.0) & (reach > (1.0 - LANDING) * np.minimum(c0, c1))
-    found = [_onset(corners[j], c0[j], c1[j]) for j in np.flatnonzero(suspects)]
-    return min((s for s in found if s is not None), default=None)
+def _carried(system: System, state: State) -> march.Carried:
+    """Copies of a state that ``march`` may change."""
+    m = state.motion
+    return march.Carried(
+        y=system.unknowns(m.q, m.lam),
+        v=_padded(system, m.v),
+        a=m.a.copy(),
+        force=m.force.copy(),
+        before=m.before.copy(),
+        approach=m.approach.copy(),
+        ledger=state.ledger.copy(),
+        lost=np.zeros((len(m.approach), 2)),
+        clock=np.array([m.t, m.last]),
+        whole=np.array([state.rung, state.calm, *state.counts], np.int64),
+    )
 
 
-def _planar(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
-    """Position (n_j, 2) [m] and velocity [m/s] of the journals, clearances [m]."""
-    response, columns = _response(system, motion, coef)
-    at = [columns.index(c) for c in ("y1", "y2", "y1_rate", "y2_rate", "clearance")]
-    return response[:, at[:2]], response[:, at[2:4]], response[:, at[4]]
+def _returned(system: System, w: march.Memory) -> march.Carried:
+    """What the march has carried on, copied."""
+    names = march.Y, march.V, march.A, march.FORCE0, march.BEFORE, march.APPROACH0
+    y, v, a, force, before, approach = (march.field(w, name) for name in names)
+    ledger, lost, clock = march.field(w, march.LEDGER), march.field(w, march.LOST), march.CLOCK
+    return march.Carried(
+        y, v, a, force, before.reshape(2, -1), approach, ledger, lost.reshape(-1, 2),
+        march.field(w, clock), w.whole[:5].copy(),
+    )  # fmt: skip
 
 
-def _gaps(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, Array, Array]:
-    """Penetration [m], its rate [m/s] and the clearance [m] of each joint."""
-    response, columns = _response(system, motion, coef)
-    gap, rate, clearance = (columns.index(c) for c in ("penetration", "rate", "clearance"))
-    return response[:, gap], response[:, rate], response[:, clearance]
+def _state(system: System, c: march.Carried, latched: Array) -> State:
+    n = system.n
+    motion = Motion(
+        float(c.clock[0]), c.y[:n], c.v[:n], c.a, c.y[n:], c.force, c.approach, c.before,
+        float(c.clock[1]),
+    )  # fmt: skip
+    return State(motion, c.ledger, int(c.whole[0]), int(c.whole[1]), c.whole[2:], latched)
 
 
-def _response(system: System, motion: Motion, coef: Coefficients) -> tuple[Array, tuple[str, ...]]:
-    assert system.contact is not None
-    arguments = motion.q, motion.v, coef[-1], motion.approach
-    return system.contact.response(*arguments), system.contact.columns
-
-
-def _onset(corners: Array, c0: float, c1: float) -> float | None:
-    """Where in (0, 1) a journal is about to leave the circle of radius c; None if it does not.
-
-    It stops ``near``/2 before. A flight that begins closer than ``near``, as only one from the
-    initial state can, may go ``near`` too far.
-
-    Parameters
-    ----------
-    corners : (4, 2) float [m]  control points of the path
-    c0, c1 : float [m]  clearance at both ends
-    """
-    y1, y2 = (Polynomial(BERNSTEIN @ corners[:, i] / c0) for i in range(2))
-    square = y1**2 + y2**2
-
-    def leaving(radius: float) -> Array:
-        rising = square - (Polynomial([1.0, c1 / c0 - 1.0]) - 1.0 + radius) ** 2
-        roots = rising.roots()
-        real = roots[np.abs(roots.imag) < 1e-9].real
-        inside = real[(real > 0.0) & (real < 1.0)]
-        return inside[rising.deriv()(inside) > 0.0]
-
-    limit = 1.0 if square(0.0) < (1.0 - LANDING) ** 2 else 1.0 + LANDING
-    outside = leaving(limit)
-    if not len(outside):
-        return None
-    return float(np.min(leaving(limit - 0.5 * LANDING), initial=outside.min()))
-
-
-def _accept(system: System, control: Control, here: _Here, tried: _Tried) -> _Here:
-    """Book the step, update the running impacts and choose the next rung."""
-    m0 = here.state.motion
-    b1 = ledger.balance(system, tried.motion, tried.coef)
-    ends = m0, tried.motion, here.balance, b1
-    heating = ledger.work_of_heating(system, *ends, here.coef, tried.coef)
-    row = ledger.entries(system, control.scheme, *ends, heating)
-    motion = tried.motion._replace(approach=_approach(system, tried.motion, tried.coef))
-    state = here.state._replace(motion=motion, ledger=ledger.accumulate(here.state.ledger, row))
-    state = _next_rung(system, control, state, tried)
-    return _count(_Here(state, tried.coef, b1, tried.jacobian), accepted=1)
-
-
-def _approach(system: System, motion: Motion, coef: Coefficients) -> Array:
-    """Approach speed of each running impact: the largest since its onset; 0 once it is over.
-
-    Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
-    are loaded anew without a separation. Once begun, an impact is over when the journal is
-    clearly apart, so that no flight is too short for its end to be located.
-    """
-    if system.contact is None:
-        return motion.approach
-    gap, rate, clearance = _gaps(system, motion, coef)
-    closing = (rate > 0.0) | (motion.approach != 0.0)
-    touching = (gap > 0.0) | ((gap > -LANDING * np.abs(clearance)) & closing)
-    largest = np.maximum(motion.approach, rate)
-    return np.where(touching, np.where(largest > 0.0, largest, UNMEASURED), 0.0)
-
-
-def _next_rung(system: System, control: Control, state: State, tried: _Tried) -> State:
-    """Steps that resolve running impacts; longer ones when the error has been small for long."""
-    calm = state.calm + 1
-    finest = _impact_rung(system, control, state.motion, tried.coef)
-    if finest > state.rung:
-        return state._replace(rung=finest, calm=0)
-    if state.rung > finest and calm >= CALM and tried.error < DOUBLING_ERROR:
-        return state._replace(rung=state.rung - 1, calm=0)
-    return state._replace(calm=calm)
-
-
-def _impact_rung(system: System, control: Control, motion: Motion, coef: Coefficients) -> int:
-    """Rung that resolves the impacts in which penetration changes noticeably; 0 if none does."""
-    if system.contact is None or not motion.approach.any():
-        return 0
-    _, rate, _ = _gaps(system, motion, coef)
-    violent = (motion.approach != 0.0) & (np.abs(rate) > VIOLENT * motion.approach)
-    durations = _durations(system, motion, coef)[violent]
-    return max((_rung_below(control, d / IMPACT_RESOLUTION) for d in durations), default=0)
-
-
-def _durations(system: System, motion: Motion, coef: Coefficients) -> Array:
-    """Estimated duration [s] of an elastic impact of each joint at its approach speed."""
-    assert system.contact is not None
-    speed = np.maximum(motion.approach, 1e-9)
-    return system.contact.impact_duration(coef[-1], system.contact_mass, speed)
-
-
-def _rung_below(control: Control, h: float) -> int:
-    """First rung of the ladder whose step is not longer than ``h``."""
-    h = max(h, control.smallest_step)
-    return max(0, ceil(np.log2(control.largest_step / h) - 1e-9))
-
-
-def _lower(control: Control, here: _Here, h: float) -> _Here:
-    rung = _rung_below(control, 0.5 * h * (1.0 + 1e-9))
-    return here._replace(state=here.state._replace(rung=rung, calm=0))
-
-
-def _count(here: _Here, accepted: int = 0, refused: int = 0, corrections: int = 0) -> _Here:
-    counts = here.state.counts + np.array([accepted, refused, corrections])
-    return here._replace(state=here.state._replace(counts=counts))
+def _rows(system: System, w: march.Memory, count: int) -> Rows:
+    """The rows that the march has kept."""
+    joints, size = len(system.program.contact_mass), system.n + system.m
+    shapes = (
+        (march.ROW_T, (ROWS,)), (march.ROW_RESPONSE, (ROWS, joints, march.COLUMNS)),
+        (march.ROW_APPROACH, (ROWS, joints)), (march.ROW_DRIVE, (ROWS, len(system.driven))),
+        (march.ROW_Y, (-1, size)), (march.ROW_V, (-1, size)), (march.ROW_LEDGER, (-1, march.TERMS)),
+    )  # fmt: skip
+    return Rows._make(march.field(w, name, *shape)[:count] for name, shape in shapes)

@@ -67,12 +67,12 @@ def callback(function: Callable[..., Any], *kinds: Any, returns: Any = None) -> 
     return int(ctypes.cast(made, ctypes.c_void_p).value or 0)
 
 
-def _at(signature: Any) -> Any:
+def at(signature: Any) -> Any:
     """Intrinsic that makes a callable of ``signature`` from an address."""
     kind = types.FunctionType(signature)
 
     @intrinsic
-    def at(typing_context, address):
+    def function(typing_context, address):
         def generate(context, builder, sig, args):
             made = cgutils.create_struct_proxy(kind)(context, builder)
             made.c_addr = builder.inttoptr(args[0], cgutils.voidptr_t)
@@ -80,17 +80,37 @@ def _at(signature: Any) -> Any:
 
         return kind(types.int64), generate
 
-    return at
+    return function
 
 
-force_at = _at(FORCE)
-tangent_at = _at(TANGENT)
-energy_at = _at(ENERGY)
-respond_at = _at(RESPOND)
-factor_at = _at(FACTOR)
-solve_at = _at(SOLVE)
-signals_at = _at(SIGNALS)
-outside_at = _at(OUTSIDE)
+@intrinsic
+def part(typing_context, array, start, stop):
+    """array[start:stop] of a line, unchecked and uncounted: it must not outlive the array."""
+
+    def generate(context, builder, sig, args):
+        whole = context.make_array(array)(context, builder, args[0])
+        made = context.make_array(array)(context, builder)
+        count, size = builder.sub(args[2], args[1]), context.get_constant(types.intp, 8)
+        made.data, made.nitems, made.itemsize = (
+            builder.gep(whole.data, [args[1]]), count, size,
+        )  # fmt: skip
+        made.shape = cgutils.pack_array(builder, [count])
+        made.strides = cgutils.pack_array(builder, [size])
+        made.meminfo = cgutils.get_null_value(made.meminfo.type)
+        made.parent = cgutils.get_null_value(made.parent.type)
+        return made._getvalue()
+
+    return array(array, types.int64, types.int64), generate
+
+
+force_at = at(FORCE)
+tangent_at = at(TANGENT)
+energy_at = at(ENERGY)
+respond_at = at(RESPOND)
+factor_at = at(FACTOR)
+solve_at = at(SOLVE)
+signals_at = at(SIGNALS)
+outside_at = at(OUTSIDE)
 
 
 @njit(cache=True)

@@ -1,32 +1,49 @@
 """The assembled mechanical system: M a + f(q, v, t) + Phi_q^T lambda = 0, Phi(q, t) = 0.
 
-``f`` is the sum of the terms that the scene has: element families, clearance contact, and
-external loads with a minus sign. Temperature enters through coefficient arrays, one per term,
-that are evaluated at the ends of a coupling window and interpolated linearly inside it.
+Everything in it is a term: a family of elements, joints, springs, loads or contacts with its data
+in flat arrays and its kernels known by address (``mechanics.kernels``). Temperature enters through
+coefficient arrays, one per term, that are evaluated at the ends of a coupling window and
+interpolated linearly inside it; functions of time are written into them before every use.
 """
 
+import ctypes
+from collections.abc import Sequence
 from importlib import import_module
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from mechanics import joints as joint_rows
-from mechanics.assembly import pattern, scatter
-from mechanics.description import Beam, ClearanceRevolute, Description, Particle
+from mechanics import factor, march
+from mechanics.assembly import pattern
+from mechanics.description import (
+    Beam,
+    Bushing,
+    ClearanceRevolute,
+    Description,
+    History,
+    Particle,
+    Pulley,
+    RigidBody,
+    Shell,
+    Spring,
+    TorsionSpring,
+)
 from mechanics.elements import FAMILIES
-from mechanics.factor import Solve, factorise
+from mechanics.kernels import callback
 from mechanics.layout import Layout
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 Coefficients = tuple[Array, ...]
 
+HOLDING = 1
+"""Column of the coefficients of a latch that says whether it holds."""
+REFACTOR = {True: 3, False: 8}
+"""What a tangent and its factorisation cost, in corrections: dense and sparse. Measured."""
 JOURNAL_SCALE = 1e3
 """Coordinates of a node in a clearance joint are measured in this many clearances [-]."""
-
-REPEATED = 1e-9
-"""A constraint of which no more than this part is new repeats those before it [-]."""
 
 
 class Factors(NamedTuple):
@@ -42,232 +59,203 @@ class System:
 
     Attributes
     ----------
+    layout : Layout
     n, m : int  number of coordinates and of constraints
-    contact_mass : (n_j,) float [kg]  what meets in an impact of each clearance joint
+    terms : list  everything that makes forces or holds
+    elements : list  those of them that are flexible bodies
+    contact : term of the clearance joints, or None
     mass : (n, n) csr  constant mass matrix
     scale : (n,) float  size of each coordinate, for dimensionless norms
+    row_names : (m,) str  joint or body of each multiplier
+    driven : (k,) int  rows that depend on time
+    columns : number of coefficients of an element of each term
+    limits : coordinates of joints that have a meaning in a range only
     """
 
-    def __init__(self, description: Description):
+    def __init__(self, description: Description, solver: str = "auto"):
         self.layout = Layout.of(description.bodies, description.joints)
         self.n = self.layout.ndof
         self.elements = _elements(description, self.layout)
-        self.constraints = joint_rows.build(description.joints, self.layout)
+        holding = _rigid(description, self.layout) + _joints(description, self.layout)
+        self.m = sum(term.rows for term in holding)
+        self.mass = _mass(self.n, [*self.elements, *holding], _points(description, self.layout))
         self.contact = _contact(description, self.layout)
-        self.m = len(self.constraints.names)
-        self.mass = self._mass(description)
-        self.loads = _loads(description, self.layout, self.mass)
+        loads = _loads(description, self.layout, self.mass)
+        springs = _springs(description, self.layout, self.n + self.m)
+        loose = [] if self.contact is None else [self.contact]
+        self.terms = [*self.elements, *holding, *springs, *loads, *loose]
         self.scale = _scale(description, self.layout)
-        self.contact_mass = self._contact_mass()
-        self._lay_pattern()
+        self.row_names, self.driven = _rows(self.n, self.m, holding)
+        self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
+        self.pattern, self._slots, self._mass_data = _pattern(self)
+        symmetric = all(getattr(term, "symmetric", True) for term in self.terms)
+        self.solver = factor.choose(self.pattern, _blocks(self), symmetric, solver, _ranks(self))
+        room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
+        self.columns = [c.shape[1] for c in self.coefficients(room)]
+        self._histories = _histories(self.terms, self.columns)
+        self.program = _program(self)
+        self.packed = march.pack(self.program)
 
-    # -- building ------------------------------------------------------------------------------
-
-    def _mass(self, description: Description) -> csr_array:
-        rows, columns, values = [], [], []
-        for term in self.elements:
-            blocks = term.mass_blocks()
-            k = term.dofs.shape[1]
-            rows.append(np.repeat(term.dofs, k, axis=1).ravel())
-            columns.append(np.tile(term.dofs, (1, k)).ravel())
-            values.append(blocks.ravel())
-        at, mass = _point_masses(description, self.layout)
-        entries = [
-            np.concatenate([*part, extra])
-            for part, extra in ((rows, at), (columns, at), (values, mass))
-        ]
-        return csr_array((entries[2], (entries[0], entries[1])), shape=(self.n, self.n))
-
-    def _contact_mass(self) -> Array:
-        """(n_j,) [kg]  reduced mass of the two nodes of each clearance joint."""
-        if self.contact is None:
-            return np.zeros(0)
-        dofs = self.contact.dofs[:, [0, 9]]
-        inverse = np.where(dofs >= 0, 1.0 / self.mass.diagonal()[dofs], 0.0)
-        return 1.0 / inverse.sum(axis=1)
-
-    def _lay_pattern(self) -> None:
-        size = self.n + self.m
-        coo = self.mass.tocoo()
-        row_of = np.arange(self.n, size)[:, None]
-        dofs = self.constraints.dofs
-        diagonal = np.arange(size)[:, None]
-        pairs = [(coo.row[:, None], coo.col[:, None]), (diagonal, diagonal)]
-        pairs += [(t.dofs, t.dofs) for t in self.elements]
-        pairs += [(dofs, dofs), (dofs, row_of), (row_of, dofs)]
-        tangents = [t for t in (self.contact, self.loads) if t is not None]
-        pairs += [(t.dofs, t.dofs) for t in tangents]
-        self.pattern, slots = pattern(size, pairs)
-        self._mass_data = self.pattern.zeros()
-        np.add.at(self._mass_data, slots[0].ravel(), coo.data)
-        count = len(self.elements)
-        self._element_slots = slots[2 : 2 + count]
-        self._hessian_slots, self._column_slots, self._row_slots = slots[2 + count : 5 + count]
-        self._extra_slots = slots[5 + count :]
-
-    @property
-    def apart(self) -> Array:
-        """(n_j,) [m/s]  approach speeds while no impact runs: zeros."""
-        return np.zeros(len(self.contact_mass))
-
-    # -- temperature ---------------------------------------------------------------------------
+    # -- temperature and time ------------------------------------------------------------------
 
     def coefficients(self, T: Array) -> Coefficients:
         """Coefficient arrays of all terms for section temperatures ``T`` (m, 3)."""
-        terms = [*self.elements, *([self.contact] if self.contact else [])]
-        return tuple(term.coefficients(T) for term in terms)
+        return tuple(np.ascontiguousarray(term.coefficients(T), float) for term in self.terms)
 
     def with_rates(
         self, c0: Coefficients, c1: Coefficients, h: float
     ) -> tuple[Coefficients, Coefficients]:
         """Coefficients at both ends of ``h`` [s] that know how fast free strains change."""
-        pairs = [e.with_rates(a, b, h) for e, a, b in zip(self.elements, c0, c1, strict=False)]
-        rest = len(self.elements)
-        return (*(p[0] for p in pairs), *c0[rest:]), (*(p[1] for p in pairs), *c1[rest:])
+        pairs = [t.with_rates(a, b, h) for t, a, b in zip(self.terms, c0, c1, strict=True)]
+        return tuple(p[0] for p in pairs), tuple(p[1] for p in pairs)
 
-    # -- forces and energies -------------------------------------------------------------------
+    def timed(self, coef: Coefficients, t: float) -> Coefficients:
+        """Coefficients with the functions of time at ``t`` [s]."""
+        changed = list(coef)
+        for k, term in enumerate(self.terms):
+            for row, column, history in getattr(term, "signals", ()):
+                changed[k] = changed[k].copy() if changed[k] is coef[k] else changed[k]
+                changed[k][row, column] = history(t)
+        return tuple(changed)
 
-    def force(self, q: Array, v: Array, t: float, coef: Coefficients, approach: Array) -> Array:
-        """Internal, contact and minus external generalised force (n,)."""
-        out = -self.external(q, t)
-        for term, c in zip(self.elements, coef, strict=False):
-            term.force(q, v, c, out)
-        if self.contact is not None:
-            self.contact.force(q, v, coef[-1], approach, out)
+    # -- forces, energies, matrices ------------------------------------------------------------
+
+    def residual(self, y: Array, v: Array, t: float, coef: Coefficients) -> Array:
+        """(n + m,)  f + Phi_q^T lambda, and Phi."""
+        out = np.zeros(self.n + self.m)
+        march.forces(self.packed, y, v, flat(self.timed(coef, t)), -1, out)
         return out
 
-    def external(self, q: Array, t: float) -> Array:
-        """Generalised force (n,) of loads and gravity."""
-        out = np.zeros(self.n)
-        if self.loads is not None:
-            self.loads.external(q, t, out)
+    def external(self, y: Array, t: float, coef: Coefficients) -> Array:
+        """(n,) generalised force of loads and gravity."""
+        out = np.zeros(self.n + self.m)
+        v = np.zeros_like(y)
+        march.forces(self.packed, y, v, flat(self.timed(coef, t)), march.LOAD, out)
+        return -out[: self.n]
+
+    def constraints(self, y: Array, t: float, coef: Coefficients) -> Array:
+        """(m,)  Phi [m] or [1]."""
+        return self._holding(y, t, coef)[self.n :]
+
+    def constraint_force(self, y: Array, t: float, coef: Coefficients) -> Array:
+        """(n,)  Phi_q^T lambda."""
+        return self._holding(y, t, coef)[: self.n]
+
+    def _holding(self, y: Array, t: float, coef: Coefficients) -> Array:
+        out = np.zeros(self.n + self.m)
+        rest = np.zeros_like(y)
+        march.forces(self.packed, y, rest, flat(self.timed(coef, t)), march.CONSTRAINT, out)
         return out
 
-    def energy(self, q: Array, coef: Coefficients) -> tuple[float, float]:
-        """Strain energy of the bodies and elastic energy of the contacts [J]."""
-        strain = sum(e.energy(q, c) for e, c in zip(self.elements, coef, strict=False))
-        return float(strain), self.contact.energy(q, coef[-1]) if self.contact is not None else 0.0
-
-    def damping(self, q: Array, v: Array, coef: Coefficients) -> tuple[float, float]:
-        """Powers [W] lost in structural damping, and done by it on the changing free strains."""
-        powers = [e.damping(q, v, c) for e, c in zip(self.elements, coef, strict=False)]
-        return sum(p[0] for p in powers), sum(p[1] for p in powers)
-
-    def constraint_force(self, q: Array, t: float, lam: Array) -> Array:
-        """Phi_q^T lambda (n,)."""
-        out = np.zeros(self.n)
-        self.constraints.add_force(q, t, lam, out)
+    def energies(self, y: Array, v: Array, coef: Coefficients) -> Array:
+        """(4,) energy of bodies and of contacts [J], power lost, power on free strains [W]."""
+        out = np.zeros(4)
+        march.energies(self.packed, y, v, flat(coef), out)
         return out
 
-    # -- the system matrix ---------------------------------------------------------------------
-
-    def matrix(
-        self,
-        q: Array,
-        v: Array,
-        t: float,
-        lam: Array,
-        coef: Coefficients,
-        approach: Array,
-        factors: Factors,
-    ) -> Array:
+    def matrix(self, y: Array, v: Array, t: float, coef: Coefficients, factors: Factors) -> Array:
         """Data of [[cM M + cK K + cC C, Phi_q^T], [Phi_q, 0]] on ``pattern``."""
-        data = factors.mass * self._mass_data
-        cK, cC = factors.stiffness, factors.damping
-        for term, c, slots in zip(self.elements, coef, self._element_slots, strict=False):
-            blocks = np.empty(slots.shape)
-            term.tangent(q, v, c, cK, cC, blocks)
-            scatter(blocks, slots, data)
-        self._add_extra(q, v, t, coef, approach, cK, cC, data)
-        self._add_constraints(q, t, lam, cK, data)
+        data = self.pattern.zeros()
+        now = flat(self.timed(coef, t))
+        march.matrix(self.packed, y, v, now, *map(float, factors), data)
         return data
 
-    def _add_extra(self, q, v, t, coef, approach, cK, cC, data) -> None:
-        extra = iter(self._extra_slots)
-        if self.contact is not None:
-            slots = next(extra)
-            blocks = np.empty(slots.shape)
-            self.contact.tangent(q, v, coef[-1], approach, cK, cC, blocks)
-            scatter(blocks, slots, data)
-        if self.loads is not None:
-            slots = next(extra)
-            blocks = np.empty(slots.shape)
-            self.loads.tangent(q, t, -cK, blocks)
-            scatter(blocks, slots, data)
+    def jacobian(self, y: Array, t: float, coef: Coefficients) -> csr_array:
+        """(m, n) csr  Phi_q."""
+        data = self.matrix(y, np.zeros_like(y), t, coef, Factors(0.0, 0.0, 0.0))
+        return self.pattern.matrix(data).tocsr()[self.n :, : self.n]
 
-    def _add_constraints(self, q: Array, t: float, lam: Array, cK: float, data: Array) -> None:
-        rows = np.empty(self.constraints.dofs.shape)
-        self.constraints.jacobian(q, t, rows)
-        scatter(rows, self._column_slots, data)
-        scatter(rows, self._row_slots, data)
-        if lam.any():
-            blocks = np.empty(self._hessian_slots.shape)
-            self.constraints.hessian(q, t, lam, cK, blocks)
-            scatter(blocks, self._hessian_slots, data)
-
-    def factorise(self, data: Array) -> Solve | None:
+    def factorise(self, data: Array) -> factor.Solve | None:
         """Solver for [rhs (n), constraint rhs (m)], or None if the matrix is singular."""
-        return factorise(self.pattern, data)
+        return self.solver.factorise(data)
 
-    def initial_acceleration(
-        self, q: Array, v: Array, t: float, coef: Coefficients, approach: Array
-    ) -> tuple[Array, Array] | None:
-        """Accelerations (n,) and multipliers (m,) consistent with the constraints.
+    def unknowns(self, q: Array, lam: Array | None = None) -> Array:
+        """(n + m,) of coordinates and multipliers (default: zero)."""
+        return np.concatenate([q, np.zeros(self.m) if lam is None else lam])
 
-        The second time derivative of Phi along the motion is a central difference of Phi on
-        the straight path q + v dt, which is exact for constraints quadratic in q.
-        """
-        factors = Factors(1.0, 0.0, 0.0)
-        data = self.matrix(q, v, t, np.zeros(self.m), coef, approach, factors)
-        solve = self.factorise(data)
-        if solve is None:
-            return None
-        eps = 1e-4 * (1.0 + np.abs(q).max()) / (1.0 + np.abs(v).max())
-        phi = [self.constraints.values(q + s * eps * v, t + s * eps) for s in (-1, 0, 1)]
-        gamma = -(phi[0] - 2.0 * phi[1] + phi[2]) / eps**2
-        x = solve(np.concatenate([-self.force(q, v, t, coef, approach), gamma]))
-        return x[: self.n], x[self.n :]
+    def respond(self, y: Array, v: Array, coef: Coefficients) -> Array:
+        """(n_j, 13) response of the clearance joints."""
+        joints = 0 if self.contact is None else len(self.contact.names)
+        response, split = np.zeros((joints, march.COLUMNS)), np.zeros((joints, 6))
+        march.respond(self.packed, y, v, flat(coef), response, split)
+        return response
 
-    def repeated_joints(self) -> list[str]:
-        """Joints that hold, in the reference, something that joints before them hold already."""
-        rows = np.empty(self.constraints.dofs.shape)
-        self.constraints.jacobian(self.layout.q0, 0.0, rows)
-        dense = np.zeros((self.m, self.n + 1))  # the last column takes absent coordinates
-        np.add.at(dense, (np.arange(self.m)[:, None], self.constraints.dofs), rows)
-        scaled = dense[:, :-1] * self.scale
-        scaled /= np.linalg.norm(scaled, axis=1, keepdims=True)
-        new = np.zeros(self.m)
-        new[: self.n] = np.abs(np.diagonal(np.linalg.qr(scaled.T, mode="r")))
-        names = np.array(self.constraints.names, dtype=object)
-        return list(dict.fromkeys(names[new < REPEATED]))
+    # -- names ---------------------------------------------------------------------------------
 
-    def name_of(self, coordinate: int) -> str:
+    def name_of(self, index: int) -> str:
         """Body, node and joints of a coordinate, or joint of a constraint row."""
-        if coordinate >= self.n:
-            return f"joint {self.constraints.names[coordinate - self.n]}"
-        held = np.any(self.constraints.dofs == coordinate, axis=1)
-        joints = [self.constraints.names[row] for row in np.flatnonzero(held)]
-        if self.contact is not None:
-            loose = np.any(self.contact.dofs == coordinate, axis=1)
-            joints += [self.contact.names[joint] for joint in np.flatnonzero(loose)]
-        at = f" (joint {', '.join(dict.fromkeys(joints))})" if joints else ""
-        return self.layout.name_of(coordinate) + at
+        if index >= self.n:
+            return f"joint {self.row_names[index - self.n]}"
+        joints = dict.fromkeys(
+            term.names[row]
+            for term in self.terms
+            if term not in self.elements and (getattr(term, "rows", 0) or term is self.contact)
+            for row in np.flatnonzero(np.any(term.dofs == index, axis=1))
+        )
+        named = [name for name in joints if name not in self.layout.bodies]
+        at = f" (joint {', '.join(named)})" if named else ""
+        return self.layout.name_of(index) + at
+
+
+def flat(coef: Coefficients) -> Array:
+    """All coefficients, one term after the other."""
+    return np.concatenate([np.zeros(0), *(c.ravel() for c in coef)])
+
+
+# ----------------------------------------------------------------------------------- the terms
 
 
 def _elements(description: Description, layout: Layout) -> list:
-    """One term for each element family that the scene uses."""
-    beams = [b for b in description.bodies if isinstance(b, Beam)]
+    """One term for each flexible family that the scene uses."""
+    flexible = [b for b in description.bodies if isinstance(b, Beam | Shell)]
     found = []
-    for family, where in FAMILIES.items():
-        members = [b for b in beams if b.element == family]
+    for name, family in FAMILIES.items():
+        members = [b for b in flexible if b.element == name]
         if members:
-            module, function = where.split(":")
-            build = getattr(import_module(module), function)
-            found.append(build(members, layout.node_dofs, layout.point_index))
+            module, function = family.build.split(":")
+            found.append(getattr(import_module(module), function)(members, layout))
     return found
 
 
-def _point_masses(description: Description, layout: Layout) -> tuple[NDArray[np.intp], Array]:
+def _rigid(description: Description, layout: Layout) -> list:
+    bodies = [b for b in description.bodies if isinstance(b, RigidBody)]
+    if not bodies:
+        return []
+    return [import_module("mechanics.rigid").build(bodies, layout, layout.ndof)]
+
+
+def _joints(description: Description, layout: Layout) -> list:
+    if not description.joints:
+        return []
+    from mechanics import joints
+
+    rigid = sum(isinstance(b, RigidBody) for b in description.bodies)
+    return joints.build(description.joints, layout, layout.ndof + 6 * rigid)
+
+
+def _springs(description: Description, layout: Layout, first_row: int) -> list:
+    kinds = Spring | TorsionSpring | Bushing | Pulley
+    items = [
+        j for j in description.joints
+        if isinstance(j, kinds) and getattr(j, "stiffness", None) is not None
+    ]  # fmt: skip
+    return import_module("mechanics.springs").build(items, layout, first_row) if items else []
+
+
+def _contact(description: Description, layout: Layout) -> Any:
+    """Clearance term, imported (and compiled) only when a joint has clearance."""
+    loose = [j for j in description.joints if isinstance(j, ClearanceRevolute)]
+    return import_module("mechanics.clearance").build(loose, layout) if loose else None
+
+
+def _loads(description: Description, layout: Layout, mass: csr_array) -> list:
+    if not description.loads and not np.any(description.gravity):
+        return []
+    build = import_module("mechanics.loads").build
+    return build(description.loads, description.gravity, layout, mass)
+
+
+def _points(description: Description, layout: Layout) -> tuple[Indices, Array]:
     """Coordinates of particles and the mass [kg] that each carries."""
     particles = [b for b in description.bodies if isinstance(b, Particle)]
     at = [layout.node_dofs[p.name][0] + np.arange(3) for p in particles]
@@ -275,18 +263,22 @@ def _point_masses(description: Description, layout: Layout) -> tuple[NDArray[np.
     return np.concatenate([np.zeros(0, np.intp), *at]), np.concatenate([np.zeros(0), *mass])
 
 
-def _contact(description: Description, layout: Layout):
-    """Clearance term, imported (and compiled) only when a joint has clearance."""
-    loose = [j for j in description.joints if isinstance(j, ClearanceRevolute)]
-    return import_module("mechanics.clearance").build(loose, layout) if loose else None
-
-
-def _loads(description: Description, layout: Layout, mass: csr_array):
-    if not description.loads and not np.any(description.gravity):
-        return None
-    return import_module("mechanics.loads").build(
-        description.loads, description.gravity, layout, mass
-    )
+def _mass(n: int, terms: Sequence[Any], points: tuple[Indices, Array]) -> csr_array:
+    """(n, n) mass matrix of all bodies."""
+    rows, columns, values = [points[0]], [points[0]], [points[1]]
+    for term in terms:
+        blocks = term.mass_blocks() if hasattr(term, "mass_blocks") else None
+        if blocks is not None:
+            k = blocks.shape[1]
+            dofs = term.dofs[:, :k]
+            rows.append(np.repeat(dofs, k, axis=1).ravel())
+            columns.append(np.tile(dofs, (1, k)).ravel())
+            values.append(blocks.ravel())
+    entries = np.concatenate(rows), np.concatenate(columns)
+    mass = csr_array((np.concatenate(values), entries), shape=(n, n))
+    mass.sum_duplicates()
+    mass.eliminate_zeros()
+    return mass
 
 
 def _scale(description: Description, layout: Layout) -> Array:
@@ -298,3 +290,153 @@ def _scale(description: Description, layout: Layout) -> Array:
                     r = layout.node_dofs[site.body][site.node] + np.arange(3)
                     scale[r] = np.minimum(scale[r], JOURNAL_SCALE * joint.clearance)
     return scale
+
+
+# -------------------------------------------------------------------------- patterns and program
+
+
+def _rows(n: int, m: int, holding: Sequence[Any]) -> tuple[tuple[str, ...], Indices]:
+    """Joint or body of each multiplier, and the rows that depend on time."""
+    names, driven = [""] * m, []
+    for term in holding:
+        moving = getattr(term, "driven", np.zeros(len(term.dofs), bool))
+        for element, dofs in enumerate(term.dofs):
+            for row in dofs[dofs >= n] - n:
+                names[row] = term.names[element]
+                if moving[element]:
+                    driven.append(row)
+    return tuple(names), np.array(driven, dtype=np.int64)
+
+
+def _pattern(system: System) -> tuple[Any, list[Indices], Array]:
+    """Pattern of the system matrix, slots (n_e, k k) of each term, the mass matrix on it."""
+    coo = system.mass.tocoo()
+    diagonal = np.arange(system.n + system.m)[:, None]
+    pairs = [(coo.row[:, None], coo.col[:, None]), (diagonal, diagonal)]
+    pairs += [(t.dofs, t.dofs) for t in system.terms]
+    shape, slots = pattern(system.n + system.m, pairs)
+    mass = shape.zeros()
+    np.add.at(mass, slots[0].ravel(), coo.data)
+    return shape, [s.reshape(len(s), -1) for s in slots[2:]], mass
+
+
+def _blocks(system: System) -> Indices:
+    """Block of each unknown: its node, or its joint."""
+    block, start = np.zeros(system.n + system.m, dtype=np.intp), 0
+    for name, first in system.layout.node_dofs.items():
+        kind = system.layout.kinds[name]
+        block[first[0] : first[-1] + kind] = start + np.repeat(np.arange(len(first)), kind)
+        start += len(first)
+    for dof in system.layout.joint_dofs.values():
+        block[dof] = start
+        start += 1
+    number = {name: start + i for i, name in enumerate(dict.fromkeys(system.row_names))}
+    block[system.n :] = [number[name] for name in system.row_names]
+    return block
+
+
+def _ranks(system: System) -> Indices:
+    """0: coordinates with a mass; 1: multipliers; 2: coordinates that only constraints hold."""
+    rank = np.ones(system.n + system.m, dtype=np.intp)
+    rank[: system.n] = np.where(system.mass.diagonal() > 0.0, 0, 2)
+    return rank
+
+
+def _histories(terms: Sequence[Any], columns: Sequence[int]) -> list[tuple[int, History]]:
+    """Place among all coefficients, and function, of each function of time."""
+    found, start = [], 0
+    for term, coef in zip(terms, columns, strict=True):
+        for row, column, history in getattr(term, "signals", ()):
+            found.append((start + row * coef + column, history))
+        start += coef * len(term.dofs)
+    return found
+
+
+def _signals(histories: Sequence[tuple[int, History]]) -> int:
+    """Address of what writes the functions of time; a failing one writes a NaN."""
+
+    def write(t: float, address: int) -> None:
+        values = (ctypes.c_double * len(histories)).from_address(address)
+        for i, (_, history) in enumerate(histories):
+            try:
+                values[i] = float(history(t))
+            except (ArithmeticError, ValueError):
+                values[i] = np.nan
+
+    return callback(write, ctypes.c_double, ctypes.c_int64) if histories else 0
+
+
+def _role(term: Any, contact: Any) -> int:
+    if term is contact:
+        return march.CONTACT
+    if getattr(term, "external", False):
+        return march.LOAD
+    return march.CONSTRAINT if getattr(term, "rows", 0) else march.BODY
+
+
+def _program(system: System) -> march.Program:
+    terms, rows = system.terms, []
+    ints = floats = coefs = slots = joints = 0
+    for term, places, columns in zip(terms, system._slots, system.columns, strict=True):
+        role = _role(term, system.contact)
+        rows.append([
+            len(term.dofs), term.ints.shape[1], term.floats.shape[1], columns, ints, floats, coefs,
+            places.shape[1], slots, role, joints,
+        ])  # fmt: skip
+        ints, floats = ints + term.ints.size, floats + term.floats.size
+        coefs, slots = coefs + columns * len(term.dofs), slots + places.size
+        joints += len(term.dofs) * (role == march.CONTACT)
+    kernels = [[t.force, t.tangent, t.energy, getattr(t, "respond", 0)] for t in terms]
+    at, values = _latches(system)
+    solver = system.solver
+    contact_at = [_contact_start(rows, j) for j in range(joints)]
+    return march.Program(
+        sizes=np.array([system.n, system.m, joints], np.int64),
+        terms=np.array(rows, np.int64).reshape(-1, 11),
+        kernels=np.array(kernels, np.int64).reshape(-1, 4),
+        ints=_line([t.ints for t in terms], np.int64),
+        floats=_line([t.floats for t in terms], float),
+        slots=_line(system._slots, np.int64),
+        mass_rows=system.mass.indptr.astype(np.int64),
+        mass_columns=system.mass.indices.astype(np.int64),
+        mass=np.ascontiguousarray(system.mass.data),
+        mass_data=system._mass_data,
+        scale=np.ascontiguousarray(system.scale),
+        driven=system.driven,
+        signals=np.array([place for place, _ in system._histories], np.int64),
+        signal=np.array([_signals(system._histories)], np.int64),
+        contact_mass=np.zeros(0) if system.contact is None else system.contact.masses(system.mass),
+        contact_at=np.array(contact_at, np.int64),
+        latch_at=at,
+        latch_value=values,
+        limited=np.array([limit.coordinate for limit in system.limits], np.int64),
+        limits=np.array([(x.lower, x.upper) for x in system.limits], float).reshape(-1, 2),
+        solver=np.array([
+            solver.factor, solver.solve, REFACTOR[solver.name == "dense"], march.attempt, march.locate,
+            march.take,
+        ], np.int64),
+        solver_ints=np.ascontiguousarray(solver.ints, np.int64),
+    )
+
+
+def _line(parts: Sequence[NDArray], dtype: type) -> NDArray:
+    return np.concatenate([np.zeros(0, dtype), *(p.ravel().astype(dtype) for p in parts)])
+
+
+def _contact_start(rows: Sequence[Sequence[int]], joint: int) -> int:
+    """First coefficient of a contact."""
+    for row in rows:
+        if row[march.ROLE] == march.CONTACT and joint < row[march.JOINT0] + row[march.ROWS]:
+            return row[march.COEF0] + (joint - row[march.JOINT0]) * row[march.COEFS]
+    raise IndexError(joint)
+
+
+def _latches(system: System) -> tuple[NDArray[np.int64], Array]:
+    """Coordinate and activity coefficient of each latch, and where it catches."""
+    at, values, start = [], [], 0
+    for term, columns in zip(system.terms, system.columns, strict=True):
+        for latch in getattr(term, "latches", ()):
+            at.append((latch.coordinate, start + latch.row * columns + HOLDING))
+            values.append(latch.at)
+        start += columns * len(term.dofs)
+    return np.array(at, np.int64).reshape(-1, 2), np.array(values, float)

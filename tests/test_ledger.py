@@ -19,7 +19,7 @@ from mechanics.description import (
     Spherical,
 )
 from mechanics.dynamics import Control, Window, advance, initial_state
-from mechanics.hht import Scheme
+from mechanics.schemes import Scheme
 from mechanics.ledger import TERMS
 from meshes.materials import library_material
 from meshes.sections import rectangle
@@ -33,7 +33,7 @@ STORED = ("kinetic", "strain", "contact_elastic")
 
 def fixed(h, alpha=-0.1, newton=1e-13):
     """Steps of h, shorter only in impacts."""
-    return Control(np.inf, h, 1e-12, Scheme(alpha, newton))
+    return Control(np.inf, h, 1e-12, Scheme(alpha=alpha, newton_tolerance=newton))
 
 
 def bore(contact, friction=None, clearance=1e-3, at=(0.0, 0.0, 0.0)):

@@ -25,7 +25,7 @@ from mechanics.description import (
     Site,
 )
 from mechanics.dynamics import Control
-from mechanics.hht import Scheme
+from mechanics.schemes import Scheme
 from mechanics.ledger import TERMS
 from meshes.sections import circle
 

@@ -21,7 +21,7 @@ from mechanics.description import (
     Site,
 )
 from mechanics.dynamics import Control
-from mechanics.hht import Scheme
+from mechanics.schemes import Scheme
 from meshes.sections import general, rectangle
 
 Array = NDArray[np.float64]
@@ -168,7 +168,7 @@ def flying_spaghetti() -> list[Check]:
         Moment("turn", Site("beam", 0), np.array([0, 0, -1.0]), lambda t: 80.0 * on(t)),
     ]
     made = model(beam, (), loads)
-    path = run(made, 5.0, Control(1e-4, 0.01, 1e-6, Scheme(-0.02)), windows=2)
+    path = run(made, 5.0, Control(1e-4, 0.01, 1e-6, Scheme(alpha=-0.02)), windows=2)
     unit = np.zeros((made.system.n, 2))
     unit[0::12, 0], unit[1::12, 1] = 1.0, 1.0
     momentum = path.v[-1] @ (made.system.mass @ unit)
@@ -191,7 +191,7 @@ def flexible_pendulum() -> list[Check]:
     cable = straight(1.2, 32, section, elastic(0.7e6, 0.0, 5540.0), "cable")
     hinge = Guide("pin", Site("beam", 0), np.eye(3))
     made = model(cable, [hinge], gravity=GRAVITY)
-    path = run(made, 1.0, Control(1e-5, 1e-3, 1e-8, Scheme(-0.02)))
+    path = run(made, 1.0, Control(1e-5, 1e-3, 1e-8, Scheme(alpha=-0.02)))
     return [Check("tip y(1 s)", path.q[-1, -5], -0.1129, 0.03, "m")]
 
 

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.verify.models import Model
-from mechanics.dynamics import Control, State, Window, advance, initial_state
-from mechanics.hht import Scheme
+from mechanics.dynamics import Control, Window, advance, initial_state
+from mechanics.march import Rows
+from mechanics.schemes import Scheme
 from mechanics.system import Coefficients
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ class Path(NamedTuple):
 
 def fixed(h: float, alpha: float = -0.1, newton: float = 1e-10) -> Control:
     """Constant steps of ``h`` [s]."""
-    return Control(np.inf, h, h, Scheme(alpha, newton))
+    return Control(np.inf, h, h, Scheme(alpha=alpha, newton_tolerance=newton))
 
 
 def run(
@@ -46,7 +47,7 @@ def run(
     """
     coefficients = heated or (lambda t: made.coef)
     state, why = initial_state(made.system, control, coefficients(0.0))
-    steps: list[tuple[State, Array]] = []
+    kept: list[Rows] = []
     for k in range(windows):
         if state is None or why:
             raise RuntimeError(why)
@@ -54,17 +55,14 @@ def run(
         h = (k + 1) * end / windows - t
         c0, c1 = coefficients(t), None if heated is None else heated(t + h)
         window = Window.between(made.system, state.motion.t, h, c0, c1)
-        state, _, why = advance(
-            made.system, control, state, window, lambda s, r: steps.append((s, r))
-        )
+        state, _, why = advance(made.system, control, state, window, kept.append, full=True)
     if why:
         raise RuntimeError(why)
-    motions = [s.motion for s, _ in steps]
+    n = made.system.n
+    rows = Rows._make(np.concatenate(parts) for parts in zip(*kept, strict=True))
     return Path(
-        np.array([m.t for m in motions]), np.array([m.q for m in motions]),
-        np.array([m.v for m in motions]), np.array([m.lam for m in motions]),
-        np.array([r for _, r in steps]), np.array([s.ledger for s, _ in steps]),
-        np.array([m.approach for m in motions]),
+        rows.t, rows.y[:, :n], rows.v[:, :n], rows.y[:, n:], rows.response, rows.ledger,
+        rows.approach,
     )  # fmt: skip
 
 

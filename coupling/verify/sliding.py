@@ -25,7 +25,7 @@ from mechanics.description import (
     Site,
 )
 from mechanics.dynamics import Control
-from mechanics.hht import Scheme
+from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
 from meshes.materials import Material, constant_material
 from meshes.sections import circle

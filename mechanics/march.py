@@ -1,0 +1,1192 @@
+"""Compiled time stepping: everything between two looks at the clock.
+
+One step: predict, correct with a frozen Jacobian until the corrections are small, refuse it or
+locate the onset of an impact inside, accept it, book the energy, choose the next size. The terms
+of the scene are called by address (``mechanics.kernels``), so that this file is compiled once.
+
+All schemes make q1 = q^ + B a1, v1 = v^ + G a1 from the accelerations at the end of the step, and
+
+    M ((1 - alpha_m) a1 + alpha_m a0) + (1 - alpha_f) F1 + alpha_f F0 = 0,   Phi(q1, t1) = 0
+
+with F all forces but inertia, constraints included. Newmark (1959): B = beta h^2, G = gamma h.
+HHT-alpha (Hilber, Hughes & Taylor 1977) has alpha_m = 0, alpha_f = -alpha; generalised-alpha
+(Chung & Hulbert 1993) for constrained systems (Arnold & Bruls 2007) has both: their auxiliary
+accelerations are a, with F0 and F1 in balance with the true ones. BDF2 (variable steps; Hairer,
+Norsett & Wanner 1993, III.5) and backward Euler take q^, v^ from earlier steps and have none.
+The multipliers are scaled by (1 - alpha_f) B (Bottasso, Bauchau & Cardona 2007).
+"""
+
+from math import ceil, gamma, log2, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from mechanics.kernels import (
+    at,
+    energy_at,
+    factor_at,
+    force_at,
+    kernel,
+    part,
+    respond_at,
+    signals_at,
+    solve_at,
+    tangent_at,
+)
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+ROWS, INTS, FLOATS, COEFS, INT0, FLOAT0, COEF0, ENTRIES, SLOT0, ROLE, JOINT0 = range(11)
+"""Columns of ``Program.terms``: sizes, where its data begin, what it is, its first contact."""
+FORCE, TANGENT, ENERGY, RESPOND = range(4)
+"""Columns of ``Program.kernels``: addresses, 0 where there is none."""
+BODY, CONSTRAINT, LOAD, CONTACT = range(4)
+"""Roles of terms."""
+
+(TOLERANCE, LARGEST, SMALLEST, KIND, ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, ITERATIONS, FORM,
+ RATE) = range(12)  # fmt: skip
+"""Entries of the settings."""
+NEWMARK, EULER, BDF2 = range(3)
+"""Kinds of schemes."""
+INDEX3, PROJECTED, BAUMGARTE = range(3)
+"""What is demanded of the constraints: positions; velocities, too; a decaying violation."""
+
+DONE, FULL, UNCONVERGED, SINGULAR, INACCURATE, INFINITE, LATCHED, BEYOND = range(8)
+"""How a march ends: at the end of the window, rows full, no step possible for one of four
+reasons, a latch has caught, or a coordinate of a joint has left its range."""
+
+(Y1, Y2, THETA, Y1_RATE, Y2_RATE, THETA_RATE, GAP, DEPTH, DEPTH_RATE, ELASTIC, DISSIPATIVE,
+ FRICTION, SLIP) = range(13)  # fmt: skip
+COLUMNS = 13
+"""Columns of the response of a contact."""
+STIFFNESS, EXPONENT, APPROACH = 0, 5, 9
+"""Columns of the coefficients of a contact that the integrator reads or writes."""
+
+TERMS = 11
+(KINETIC, STRAIN, CONTACT_ELASTIC, WORK_LOADS, WORK_DRIVE, WORK_THERMAL, RUBBED, HYSTERESIS,
+ DAMPING, NUMERICAL, DEFECT) = range(TERMS)  # fmt: skip
+"""Columns of the ledger."""
+
+REFRESH = 0.5
+"""A contraction of the Newton corrections above this calls for a new Jacobian [-]."""
+ACCELERATION = 1e-4
+"""Part of the accelerations that may remain uncorrected: since a correction of q divided by B is
+one of a, this keeps forces and multipliers converged when steps are short [-]."""
+ROUND_OFF = 8.0 * 2.220446049250313e-16
+"""Corrections below this part of the coordinates mean nothing [-]."""
+FROZEN = 0.35
+"""A Jacobian serves step sizes within this fraction of its own [-]."""
+LANDING = 1e-6
+"""An impact begins, and ends, within this fraction of the clearance before touching [-]."""
+CALM = 4
+"""Steps between a refusal and the next doubling of the step size."""
+IMPACT_RESOLUTION = 32.0
+"""Steps into which the estimated duration of an impact is divided."""
+VIOLENT = 0.1
+"""Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
+DOUBLING_ERROR = 0.1
+"""Part of the tolerance below which a local error allows twice the step, eight times the error."""
+UNMEASURED = -1.0
+"""Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
+PROJECTIONS = 4
+"""Corrections of the positions of a projected step, at most."""
+ENOUGH = 2
+"""Corrections that a step takes with an exact Jacobian; more are held against it [-]."""
+
+
+# no wrappers for Python: they take long to compile
+_inner = njit(cache=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+class Program(NamedTuple):
+    """A system as arrays.
+
+    sizes : (3,) int  coordinates n, multipliers m, contacts n_j
+    terms : (n_t, 11) int;  kernels : (n_t, 4) int  addresses
+    ints, slots : data of all terms, one after the other
+    mass_rows, mass_columns : (n + 1,), (n_m,) int  compressed rows of M
+    driven : (k,) int  rows of Phi that depend on time
+    signals : (k,) int  coefficients that are functions of time;  signal : (1,) int  their address
+    contact_at : (n_j,) int  first coefficient of each contact
+    latch_at : (n_l, 2) int  coordinate, and the coefficient that says whether it has caught
+    limited : (k,) int  coordinates that have a meaning between two values only
+    solver : (3,) int  addresses of factor and solve; what a factorisation costs, in corrections
+    solver_ints : (k,) int
+    floats : data of all terms
+    mass : (n_m,) float;  mass_data : (nnz + 1,) float  M on the pattern of the system matrix
+    scale : (n,) float  size of each coordinate
+    contact_mass : (n_j,) float [kg];  latch_value : (n_l,) float  where it catches
+    limits : (k, 2) float  of the limited coordinates
+    """
+
+    sizes: Indices
+    terms: Indices
+    kernels: Indices
+    ints: Indices
+    slots: Indices
+    mass_rows: Indices
+    mass_columns: Indices
+    driven: Indices
+    signals: Indices
+    signal: Indices
+    contact_at: Indices
+    latch_at: Indices
+    limited: Indices
+    solver: Indices
+    solver_ints: Indices
+    floats: Array
+    mass: Array
+    mass_data: Array
+    scale: Array
+    contact_mass: Array
+    latch_value: Array
+    limits: Array
+
+
+class Carried(NamedTuple):
+    """What changes from step to step, in place.
+
+    y, v : (n + m,) float  coordinates and multipliers; velocities and zeros
+    a : (n,) float;  force : (n,) float  all but inertia
+    before : (2, n + m) float  coordinates and velocities one step before (BDF2), or (2, 0)
+    approach : (n_j,) float [m/s];  ledger : (11,) float [J];  lost : (n_j, 2) float [J]
+    clock : (2,) float [s]  time, last step size (0: none yet)
+    whole : (5,) int  rung, calm, accepted, refused, corrections
+    """
+
+    y: Array
+    v: Array
+    a: Array
+    force: Array
+    before: Array
+    approach: Array
+    ledger: Array
+    lost: Array
+    clock: Array
+    whole: Indices
+
+
+class Window(NamedTuple):
+    """span : (3,) float [s]  begin, end of the window, length over which coefficients change
+    c0, c1 : (n_c,) float  all coefficients at begin and end; c1 empty: they do not change
+    """
+
+    span: Array
+    c0: Array
+    c1: Array
+
+
+class Rows(NamedTuple):
+    """What is kept of each step.
+
+    t : (k,) float [s];  response : (k, n_j, 13);  approach : (k, n_j) float [m/s]
+    drive : (k, n_d) float  multipliers of the driven rows
+    y, v : (k, n + m);  ledger : (k, 11) float [J];  or none of these three
+    """
+
+    t: Array
+    response: Array
+    approach: Array
+    drive: Array
+    y: Array
+    v: Array
+    ledger: Array
+
+
+class Packed(NamedTuple):
+    """A program in two arrays.
+
+    Functions with many arrays as arguments take long to compile; so all are parts of few.
+
+    places : (k, 2) int  where each field begins and ends, whole numbers first
+    """
+
+    places: Indices
+    ints: Indices
+    reals: Array
+
+
+class Memory(NamedTuple):
+    """What a march works on: fields ``Y`` to ``STACK`` in ``reals``, and whole numbers."""
+
+    places: Indices
+    reals: Array
+    whole: Indices
+
+
+(P_SIZES, P_TERMS, P_KERNELS, P_INTS, P_SLOTS, P_MASS_ROWS, P_MASS_COLUMNS, P_DRIVEN, P_SIGNALS,
+ P_SIGNAL, P_CONTACT_AT, P_LATCH_AT, P_LIMITED, P_SOLVER, P_SOLVER_INTS, P_FLOATS, P_MASS,
+ P_MASS_DATA, P_SCALE, P_CONTACT_MASS, P_LATCH_VALUE, P_LIMITS) = range(22)  # fmt: skip
+"""Fields of a packed program."""
+(Y, V, A, FORCE0, BEFORE, APPROACH0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
+ ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_, FORCE1, Q_HAT,
+ V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, RESPONSE, SPLIT, SCRATCH,
+ OTHER, THIRD, RATES, STEP, JACOBIAN, TOUCHING, LOOK, STACK) = range(46)  # fmt: skip
+"""Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
+(names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``STEP``: time,
+B, G. ``JACOBIAN``: step size of the factors (0: none), corrections wasted since. ``LOOK``: two
+balances, see ``_look``."""
+
+
+_lines = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
+_places = types.Array(types.int64, 2, "C")
+PACKED = types.NamedTuple([_places, _lines[1], _lines[0]], Packed)
+MEMORY = types.NamedTuple([_places, _lines[0], _lines[1]], Memory)
+ATTEMPT = types.int64(PACKED, MEMORY, types.float64)
+LOCATE = types.float64(PACKED, MEMORY, types.float64, types.int64)
+TAKE = types.void(PACKED, MEMORY, types.float64, types.int64)
+attempt_at, locate_at, take_at = at(ATTEMPT), at(LOCATE), at(TAKE)
+
+
+def pack(program: Program) -> Packed:
+    """The program in two arrays."""
+    parts = [np.ascontiguousarray(part).ravel() for part in program]
+    places, ends = [], {False: 0, True: 0}
+    for part in parts:
+        real = part.dtype == np.float64
+        places.append((ends[real], ends[real] + part.size))
+        ends[real] += part.size
+    whole = [part for part in parts if part.dtype != np.float64]
+    reals = [part for part in parts if part.dtype == np.float64]
+    return Packed(np.array(places, np.int64), np.concatenate(whole), np.concatenate(reals))
+
+
+def memory(
+    program: Program, settings: Array, window: Window, carried: Carried, factors: int, kept: int,
+    full: bool,
+) -> Memory:
+    """Copies of what is carried and of the window, and room for ``kept`` rows and the work."""
+    n, m, joints = map(int, program.sizes)
+    y, looks = n + m, 5 + 2 * n + joints * (COLUMNS + 6)
+    driven, some = len(program.driven), kept if full else 0
+    given = [*carried[:-1], settings, *window]
+    rows = [kept, kept * joints * COLUMNS, kept * joints, kept * driven, some * y, some * y,
+            some * TERMS]  # fmt: skip
+    tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, factors]
+    tried += [window.c0.size] * 3 + [program.signals.size, joints * COLUMNS, joints * 6]
+    tried += [y, y, y, 3 * m, 4, 2, joints, 2 * looks, 64 * 9]
+    sizes = [part.size for part in given] + rows + tried
+    ends = np.cumsum(sizes)
+    reals = np.zeros(ends[-1])
+    np.concatenate([part.ravel() for part in given], out=reals[: ends[len(given) - 1]])
+    places = np.stack([ends - sizes, ends], axis=1).astype(np.int64)
+    return Memory(places, reals, np.append(carried.whole, 0))
+
+
+def field(store: Memory, name: int, *shape: int) -> Array:
+    """A copy of a field of the memory."""
+    start, end = store.places[name]
+    return store.reals[start:end].reshape(shape or -1).copy()
+
+
+@_inner
+def _real(store, k):
+    """A field of real numbers."""
+    return part(store.reals, store.places[k, 0], store.places[k, 1])
+
+
+@_inner
+def _whole(p, k):
+    """A field of whole numbers of a program."""
+    return part(p.ints, p.places[k, 0], p.places[k, 1])
+
+
+# ------------------------------------------------------------------------------------ the terms
+
+
+@_inner
+def _ints(p, s):
+    start = p.places[P_INTS, 0] + s[INT0]
+    return p.ints[start : start + s[ROWS] * s[INTS]].reshape((s[ROWS], s[INTS]))
+
+
+@_inner
+def _floats(p, s):
+    start = p.places[P_FLOATS, 0] + s[FLOAT0]
+    return p.reals[start : start + s[ROWS] * s[FLOATS]].reshape((s[ROWS], s[FLOATS]))
+
+
+@_inner
+def _coefs(coef, s):
+    return coef[s[COEF0] : s[COEF0] + s[ROWS] * s[COEFS]].reshape((s[ROWS], s[COEFS]))
+
+
+@_inner
+def _terms(p):
+    """Rows of terms and of their kernels."""
+    return _whole(p, P_TERMS).reshape((-1, 11)), _whole(p, P_KERNELS).reshape((-1, 4))
+
+
+@njit(cache=True, error_model="numpy")
+def forces(p, y, v, coef, role, out):
+    """Add the forces of all terms of a role (-1: all) to ``out`` (n + m,)."""
+    terms, kernels = _terms(p)
+    for k in range(len(terms)):
+        s = terms[k]
+        if role < 0 or s[ROLE] == role:
+            force_at(kernels[k, FORCE])(y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), out)
+
+
+@njit(cache=True, error_model="numpy")
+def matrix(p, y, v, coef, cM, cK, cC, data):
+    """Overwrite ``data`` with [[cM M + cK K + cC C, Phi_q^T], [Phi_q, 0]] on the pattern."""
+    mass, slots = _real(p, P_MASS_DATA), _whole(p, P_SLOTS)
+    for i in range(data.size):
+        data[i] = cM * mass[i]
+    terms, kernels = _terms(p)
+    for k in range(len(terms)):
+        s = terms[k]
+        places = slots[s[SLOT0] : s[SLOT0] + s[ROWS] * s[ENTRIES]].reshape((s[ROWS], s[ENTRIES]))
+        tangent_at(kernels[k, TANGENT])(
+            y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), cK, cC, places, data
+        )
+
+
+@njit(cache=True, error_model="numpy")
+def energies(p, y, v, coef, out):
+    """Overwrite ``out`` (4,): energy of bodies, of contacts, power lost, power on free strains."""
+    out[:] = 0.0
+    one = np.zeros(3)
+    terms, kernels = _terms(p)
+    for k in range(len(terms)):
+        s = terms[k]
+        if kernels[k, ENERGY] != 0:
+            one[:] = 0.0
+            energy_at(kernels[k, ENERGY])(y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), one)
+            out[1 if s[ROLE] == CONTACT else 0] += one[0]
+            out[2] += one[1]
+            out[3] += one[2]
+
+
+@njit(cache=True, error_model="numpy")
+def respond(p, y, v, coef, response, split):
+    """Response (n_j, 13) and dissipative forces (n_j, 6) of all contacts."""
+    terms, kernels = _terms(p)
+    for k in range(len(terms)):
+        s = terms[k]
+        if s[ROLE] == CONTACT:
+            j, e = s[JOINT0], s[ROWS]
+            respond_at(kernels[k, RESPOND])(
+                y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), response[j : j + e],
+                split[j : j + e],
+            )  # fmt: skip
+
+
+@_inner
+def inertia(p, a, out):
+    """out (n,) = M a."""
+    rows, columns = _whole(p, P_MASS_ROWS), _whole(p, P_MASS_COLUMNS)
+    mass = _real(p, P_MASS)
+    for i in range(out.size):
+        total = 0.0
+        for k in range(rows[i], rows[i + 1]):
+            total += mass[k] * a[columns[k]]
+        out[i] = total
+
+
+@_inner
+def write_signals(p, t, values, coef):
+    """Set the coefficients that are functions of time to their values at ``t``."""
+    at = _whole(p, P_SIGNALS)
+    if at.size:
+        signals_at(_whole(p, P_SIGNAL)[0])(t, np.int64(values.ctypes.data))
+        for i in range(at.size):
+            coef[at[i]] = values[i]
+
+
+@njit(cache=True, error_model="numpy")
+def instant(y, v, n):
+    """Time step [s] for differences along the motion: a ten thousandth of its own time."""
+    return 1e-4 * (1.0 + np.abs(y[:n]).max()) / (1.0 + np.abs(v[:n]).max())
+
+
+@_inner
+def _violation(p, w, eps, curved, phi):
+    """Overwrite ``phi`` (m,) with Phi at t + eps along the motion of the trial."""
+    y, v, a = _real(w, Y1_), _real(w, V1_), _real(w, A1_)
+    moved, out, coef = _real(w, OTHER), _real(w, SCRATCH), _real(w, ACTING)
+    n = a.size
+    for i in range(n):
+        moved[i] = y[i] + eps * v[i] + curved * 0.5 * eps * eps * a[i]
+    moved[n:] = 0.0
+    write_signals(p, _real(w, STEP)[0] + eps, _real(w, VALUES), coef)
+    out[:] = 0.0
+    forces(p, moved, v, coef, CONSTRAINT, out)
+    phi[:] = out[n:]
+
+
+@_inner
+def _factorise(p, w):
+    """0 if the matrix could be factorised."""
+    ints, data = _whole(p, P_SOLVER_INTS), _real(w, DATA)
+    return factor_at(_whole(p, P_SOLVER)[0])(ints, data, _real(w, FACTORS))
+
+
+@_inner
+def _solve(p, w):
+    """The right-hand side becomes the solution."""
+    ints, b = _whole(p, P_SOLVER_INTS), _real(w, X)
+    solve_at(_whole(p, P_SOLVER)[1])(ints, _real(w, FACTORS), b)
+
+
+# -------------------------------------------------------------------------------------- one step
+
+
+@_inner
+def _coefficients(p, w, t):
+    """Coefficients at time ``t``, linear inside the window."""
+    coef, c0, c1, span = _real(w, COEF), _real(w, C0), _real(w, C1), _real(w, SPAN)
+    if c1.size == 0:
+        coef[:] = c0
+    else:
+        s = (t - span[0]) / span[2]
+        for i in range(c0.size):
+            coef[i] = c0[i] + s * (c1[i] - c0[i])
+    write_signals(p, t, _real(w, VALUES), coef)
+
+
+@_inner
+def _let_act(p, w):
+    """No contact acts in a step that begins in free flight: it ends where the impact begins.
+
+    A force at the end of a long step would slow the journal down before it arrives.
+    """
+    coef, acting, at = _real(w, COEF), _real(w, ACTING), _whole(p, P_CONTACT_AT)
+    approach = _real(w, APPROACH0)
+    acting[:] = coef
+    for j in range(at.size):
+        acting[at[j] + APPROACH] = coef[at[j] + APPROACH] = approach[j]
+        if approach[j] == 0.0:
+            acting[at[j] + STIFFNESS] = 0.0
+
+
+@_inner
+def _predict(w, h):
+    """q^, v^ and the factors B, G of the step."""
+    s, step, last = _real(w, SETTINGS), _real(w, STEP), _real(w, CLOCK)[1]
+    y, v, a, q_hat, v_hat = (
+        _real(w, Y), _real(w, V), _real(w, A), _real(w, Q_HAT), _real(w, V_HAT)
+    )  # fmt: skip
+    n = a.size
+    if s[KIND] == NEWMARK:
+        step[1], step[2] = s[BETA] * h * h, s[GAMMA] * h
+        for i in range(n):
+            v_hat[i] = v[i] + h * (1.0 - s[GAMMA]) * a[i]
+            q_hat[i] = y[i] + h * v[i] + h * h * (0.5 - s[BETA]) * a[i]
+        return
+    before = _real(w, BEFORE)
+    r = h / last if s[KIND] == BDF2 and last > 0.0 else 0.0
+    g = h * (1.0 + r) / (1.0 + 2.0 * r)
+    one, two = (1.0 + r) ** 2 / (1.0 + 2.0 * r), r * r / (1.0 + 2.0 * r)
+    step[1], step[2] = g * g, g
+    for i in range(n):
+        old_q, old_v = one * y[i], one * v[i]
+        if r > 0.0:
+            old_q -= two * before[i]
+            old_v -= two * before[y.size + i]
+        v_hat[i] = old_v
+        q_hat[i] = old_q + g * old_v
+
+
+@_inner
+def _place(w):
+    """y, v of the trial from its accelerations."""
+    y, v, a, step = _real(w, Y1_), _real(w, V1_), _real(w, A1_), _real(w, STEP)
+    q_hat, v_hat = _real(w, Q_HAT), _real(w, V_HAT)
+    for i in range(a.size):
+        y[i] = q_hat[i] + step[1] * a[i]
+        v[i] = v_hat[i] + step[2] * a[i]
+
+
+@_inner
+def _begin(w):
+    """The trial with the accelerations and multipliers of the step before."""
+    a, y = _real(w, A1_), _real(w, Y1_)
+    a[:] = _real(w, A)
+    y[a.size :] = _real(w, Y)[a.size :]
+    _place(w)
+
+
+@_inner
+def _jacobian(p, w, h):
+    """Factorise at the predicted configuration; False if singular."""
+    s, step, data, jacobian = (
+        _real(w, SETTINGS), _real(w, STEP), _real(w, DATA), _real(w, JACOBIAN)
+    )  # fmt: skip
+    weight = 1.0 - s[ALPHA_F]
+    _begin(w)
+    matrix(
+        p, _real(w, Y1_), _real(w, V1_), _real(w, ACTING), 1.0 - s[ALPHA_M], weight * step[1],
+        weight * step[2], data,
+    )  # fmt: skip
+    total = 0.0
+    for i in range(data.size - 1):
+        total += data[i]
+    jacobian[:] = 0.0
+    if not np.isfinite(total) or _factorise(p, w) != 0:
+        return False
+    jacobian[0] = h
+    touching, approach = _real(w, TOUCHING), _real(w, APPROACH0)
+    for j in range(touching.size):
+        touching[j] = approach[j] != 0.0
+    return True
+
+
+@_inner
+def _serves(p, w, h):
+    """Whether the Jacobian of an earlier step will do.
+
+    Not where the corrections that an exact one would have saved have cost as much as it costs.
+    """
+    jacobian, touching, approach = _real(w, JACOBIAN), _real(w, TOUCHING), _real(w, APPROACH0)
+    if jacobian[0] == 0.0 or abs(h / jacobian[0] - 1.0) > FROZEN:
+        return False
+    if jacobian[1] > _whole(p, P_SOLVER)[2]:
+        return False
+    for j in range(touching.size):
+        if touching[j] != (approach[j] != 0.0):
+            return False
+    return True
+
+
+@_inner
+def _decay(p, w, total, h):
+    """Rows of Baumgarte (1972) in place of Phi: Phi'' + 2 w Phi' + w^2 Phi, scaled like Phi.
+
+    Derivatives by central differences along the motion, exact for quadratic constraints.
+    """
+    s, step, n = _real(w, SETTINGS), _real(w, STEP), _real(w, A1_).size
+    m = total.size - n
+    rates = _real(w, RATES).reshape((3, m))
+    eps = instant(_real(w, Y1_), _real(w, V1_), n)
+    for k in range(3):
+        _violation(p, w, (k - 1) * eps, 1.0, rates[k])
+    write_signals(p, step[0], _real(w, VALUES), _real(w, ACTING))
+    rate = s[RATE] if s[RATE] > 0.0 else 2.0 / h
+    scale = step[1] / (1.0 + 2.0 * rate * step[2] + rate * rate * step[1])
+    for i in range(m):
+        bend = (rates[0, i] - 2.0 * rates[1, i] + rates[2, i]) / eps**2
+        slope = (rates[2, i] - rates[0, i]) / (2.0 * eps)
+        total[n + i] = scale * (bend + 2.0 * rate * slope + rate * rate * rates[1, i])
+
+
+@_inner
+def _velocity_rows(p, w, total):
+    """Rows Phi' in place of Phi, scaled like Phi (index 2)."""
+    step, n = _real(w, STEP), _real(w, A1_).size
+    m = total.size - n
+    rates = _real(w, RATES).reshape((3, m))
+    eps = instant(_real(w, Y1_), _real(w, V1_), n)
+    for k in range(2):
+        _violation(p, w, (2 * k - 1) * eps, 0.0, rates[k])
+    write_signals(p, step[0], _real(w, VALUES), _real(w, ACTING))
+    for i in range(m):
+        total[n + i] = step[1] / step[2] * (rates[1, i] - rates[0, i]) / (2.0 * eps)
+
+
+@_inner
+def _residual(p, w, h):
+    """Forces and rows of the trial, and right-hand side of its correction."""
+    s, step, total, x = _real(w, SETTINGS), _real(w, STEP), _real(w, TOTAL), _real(w, X)
+    a1, a, force, mean = _real(w, A1_), _real(w, A), _real(w, FORCE0), _real(w, THIRD)
+    n, B, weight = a.size, step[1], 1.0 - s[ALPHA_F]
+    total[:] = 0.0
+    forces(p, _real(w, Y1_), _real(w, V1_), _real(w, ACTING), -1, total)
+    if s[FORM] == BAUMGARTE:
+        _decay(p, w, total, h)
+    elif s[FORM] == PROJECTED:
+        _velocity_rows(p, w, total)
+    for i in range(n):
+        mean[i] = (1.0 - s[ALPHA_M]) * a1[i] + s[ALPHA_M] * a[i]
+    inertial = _real(w, INERTIA)
+    inertia(p, mean, inertial)
+    for i in range(n):
+        x[i] = -B * (inertial[i] + weight * total[i] + s[ALPHA_F] * force[i])
+    for i in range(n, total.size):
+        x[i] = -total[i]
+
+
+@_inner
+def _newton(p, w, h):
+    """Correct until the estimated remaining correction is below the tolerance.
+
+    Returns the reason (DONE: converged), the number of corrections, the worst unknown.
+    """
+    s, step, scale = _real(w, SETTINGS), _real(w, STEP), _real(p, P_SCALE)
+    y0, y1, a1, x = _real(w, Y), _real(w, Y1_), _real(w, A1_), _real(w, X)
+    n, B, weight = a1.size, step[1], 1.0 - s[ALPHA_F]
+    _begin(w)
+    floor = 0.0
+    for i in range(n):
+        floor = max(floor, abs(y0[i]) / scale[i])
+    floor *= ROUND_OFF
+    before, contraction, worst, tolerance = np.inf, 0.0, 0, s[NEWTON]
+    for count in range(int(s[ITERATIONS]) + 1):
+        _residual(p, w, h)
+        if count and contraction * before <= tolerance:
+            _real(w, FORCE1)[:] = _real(w, TOTAL)[:n]
+            return DONE, count, worst
+        _solve(p, w)
+        size, moved = 0.0, 0.0
+        for i in range(n):
+            one = abs(x[i]) / scale[i]
+            if not one <= size:
+                size, worst = one, i
+            moved = max(moved, abs(a1[i]) / scale[i])
+        contraction = size / before if count else 1.0
+        if not np.isfinite(size):
+            return INFINITE, count + 1, _first_infinite(_real(w, TOTAL), worst)
+        if count and contraction > REFRESH and size > tolerance:
+            return UNCONVERGED, count + 1, worst
+        tolerance = max(floor, min(s[NEWTON], ACCELERATION * B * moved))
+        for i in range(n):
+            a1[i] += x[i] / B
+        for i in range(n, x.size):
+            y1[i] += x[i] / (weight * B)
+        _place(w)
+        before = size
+    return UNCONVERGED, int(s[ITERATIONS]) + 1, worst
+
+
+@_inner
+def _first_infinite(total, otherwise):
+    for i in range(total.size):
+        if not np.isfinite(total[i]):
+            return i
+    return otherwise
+
+
+@_inner
+def _step(p, w, h):
+    """A converged step with a Jacobian that may be old; reason, corrections, worst unknown."""
+    _predict(w, h)
+    fresh, spent = not _serves(p, w, h), 0
+    while True:
+        if fresh and not _jacobian(p, w, h):
+            return SINGULAR, spent, 0
+        why, count, worst = _newton(p, w, h)
+        spent += count
+        if why == DONE or fresh:
+            _real(w, JACOBIAN)[1] += max(0, count - ENOUGH)
+            return why, spent, worst
+        fresh = True
+
+
+@_inner
+def _project(p, w):
+    """Positions that obey the constraints, nearest in the metric of the system matrix.
+
+    The step has made the velocities obey them (index 2); what the positions lack is of third
+    order (stabilised index 2; Lunk & Simeon 2006; Jay & Negrut 2007).
+    """
+    y, x, total, n = _real(w, Y1_), _real(w, X), _real(w, TOTAL), _real(w, A1_).size
+    v, coef, scale = _real(w, V1_), _real(w, ACTING), _real(p, P_SCALE)
+    for _ in range(PROJECTIONS):
+        total[:] = 0.0
+        forces(p, y, v, coef, CONSTRAINT, total)
+        x[:n], x[n:] = 0.0, -total[n:]
+        _solve(p, w)
+        size = 0.0
+        for i in range(n):
+            y[i] += x[i]
+            size = max(size, abs(x[i]) / scale[i])
+        if size <= _real(w, SETTINGS)[NEWTON]:
+            break
+    total[:] = 0.0
+    forces(p, y, v, coef, -1, total)
+    _real(w, FORCE1)[:] = total[:n]
+
+
+@_inner
+def _error(p, w, h):
+    """Local error over the tolerance, and the coordinate where it is.
+
+    Newmark family: (beta - 1/6) h^2 |da| (Zienkiewicz & Xie 1991); BDF2: (2/9) h^2 |da|, backward
+    Euler: h^2 |a|/2, their leading terms in q.
+    """
+    s, a0, a1, scale = _real(w, SETTINGS), _real(w, A), _real(w, A1_), _real(p, P_SCALE)
+    factor, kept = abs(s[BETA] - 1.0 / 6.0), 1.0
+    if s[KIND] == BDF2:
+        factor = 2.0 / 9.0
+    elif s[KIND] == EULER:
+        factor, kept = 0.5, 0.0
+    worst, size = 0, 0.0
+    for i in range(a1.size):
+        one = abs(a1[i] - kept * a0[i]) / scale[i]
+        if one > size:
+            worst, size = i, one
+    return factor * h * h * size / s[TOLERANCE], worst
+
+
+@kernel(ATTEMPT)
+def attempt(p, w, h):
+    """A converged step within the error tolerance, or the reason."""
+    span, step, now = _real(w, SPAN), _real(w, STEP), _real(w, CLOCK)[0]
+    last = now + h > span[1] - 1e-9 * span[2]
+    step[0] = span[1] if last else now + h
+    _coefficients(p, w, step[0])
+    _let_act(p, w)
+    why, spent, w.whole[5] = _step(p, w, h)
+    w.whole[4] += spent
+    if why != DONE:
+        return why
+    error, at_ = _error(p, w, h)
+    step[3] = error
+    if not error <= 1.0:
+        w.whole[5] = at_
+        return INACCURATE
+    if _real(w, SETTINGS)[FORM] == PROJECTED:
+        _project(p, w)
+    limited, limits, y = _whole(p, P_LIMITED), _real(p, P_LIMITS), _real(w, Y1_)
+    for i in range(limited.size):
+        if not limits[2 * i] <= y[limited[i]] <= limits[2 * i + 1]:
+            w.whole[5] = i
+            return BEYOND
+    return DONE
+
+
+# --------------------------------------------------------------------- impacts: onset and size
+
+
+@_inner
+def _crossing(b, stack):
+    """First s in (0, 1) where the polynomial of Bernstein coefficients b (7,) turns positive.
+
+    Bisection by de Casteljau; an interval whose coefficients have one sign holds no root. -1: none.
+    """
+    depth = 0
+    stack[0, :7], stack[0, 7], stack[0, 8] = b, 0.0, 1.0
+    now = np.empty(7)
+    while depth >= 0:
+        low, width = stack[depth, 7], stack[depth, 8]
+        now[:] = stack[depth, :7]
+        depth -= 1
+        if now.min() > 0.0 or now.max() <= 0.0:
+            continue
+        if width < 1e-15 or depth + 2 >= stack.shape[0]:
+            if now[0] <= 0.0 < now[6]:
+                return low
+            continue
+        left, right = stack[depth + 2], stack[depth + 1]
+        for k in range(7):
+            left[k], right[6 - k] = now[0], now[6 - k]
+            for i in range(6 - k):
+                now[i] = 0.5 * (now[i] + now[i + 1])
+        left[7], left[8] = low, 0.5 * width
+        right[7], right[8] = low + 0.5 * width, 0.5 * width
+        depth += 2
+    return -1.0
+
+
+@_inner
+def _leaving(y, ratio, radius, stack):
+    """First s where a journal leaves the circle of ``radius`` that grows by ``ratio`` - 1.
+
+    y : (4, 2)  control points of its path, in clearances
+    """
+    b = np.zeros(7)
+    choose, six = (1.0, 3.0, 3.0, 1.0), (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
+    for i in range(4):
+        for j in range(4):
+            ri, rj = radius + (ratio - 1.0) * i / 3.0, radius + (ratio - 1.0) * j / 3.0
+            product = y[i, 0] * y[j, 0] + y[i, 1] * y[j, 1] - ri * rj
+            b[i + j] += choose[i] * choose[j] / six[i + j] * product
+    return _crossing(b, stack)
+
+
+@_inner
+def onset(y, c0, c1, stack):
+    """Where in (0, 1) a journal is about to leave the circle of radius c; -1 if it does not.
+
+    It stops ``LANDING``/2 before. A flight that begins closer than ``LANDING``, as only one from
+    the initial state can, may go ``LANDING`` too far.
+
+    Parameters
+    ----------
+    y : (4, 2) float [m]  control points of the path
+    c0, c1 : float [m]  clearance at both ends
+    stack : (64, 9) float  scratch
+    """
+    y = y / c0
+    start = y[0, 0] ** 2 + y[0, 1] ** 2
+    limit = 1.0 if start < (1.0 - LANDING) ** 2 else 1.0 + LANDING
+    outside = _leaving(y, c1 / c0, limit, stack)
+    if outside < 0.0:
+        return -1.0
+    before = _leaving(y, c1 / c0, limit - 0.5 * LANDING, stack)
+    return min(before, outside) if before > 0.0 else outside
+
+
+@_inner
+def _looked(p, w, which):
+    """Parts of a balance: real (5,), external (n,), drive (n,), response (n_j, 13), split."""
+    n, joints = p.ints[0], p.ints[2]
+    size = 5 + 2 * n + joints * (COLUMNS + 6)
+    b = _real(w, LOOK)[which * size : (which + 1) * size]
+    contacts = 5 + 2 * n
+    end = contacts + joints * COLUMNS
+    return (
+        b[:5], b[5 : 5 + n], b[5 + n : contacts],
+        b[contacts:end].reshape((joints, COLUMNS)), b[end:].reshape((joints, 6)),
+    )  # fmt: skip
+
+
+@kernel(LOCATE)
+def locate(p, w, h, old):
+    """Fraction of the step at which the first impact begins; -1: no onset inside.
+
+    Journals fly along cubics through both ends of the step. One whose control points lie in the
+    bearing circle stays in it.
+    """
+    approach, first, y = _real(w, APPROACH0), -1.0, np.empty((4, 2))
+    joints = approach.size
+    if joints == 0 or np.all(approach != 0.0):
+        return first
+    response = _real(w, RESPONSE).reshape((joints, COLUMNS))
+    split, stack = _real(w, SPLIT).reshape((joints, 6)), _real(w, STACK).reshape((64, 9))
+    respond(p, _real(w, Y1_), _real(w, V1_), _real(w, COEF), response, split)
+    started = _looked(p, w, old)[3]
+    for j in range(joints):
+        if approach[j] != 0.0:
+            continue
+        r0, r1 = started[j], response[j]
+        reach = 0.0
+        for k in range(2):
+            y[0, k], y[1, k] = r0[k], r0[k] + h / 3.0 * r0[Y1_RATE + k]
+            y[2, k], y[3, k] = r1[k] - h / 3.0 * r1[Y1_RATE + k], r1[k]
+        for i in range(4):
+            reach = max(reach, y[i, 0] ** 2 + y[i, 1] ** 2)
+        near = (1.0 - LANDING) * min(r0[GAP], r1[GAP])
+        if near <= 0.0 or reach > near * near:
+            at = onset(y, r0[GAP], r1[GAP], stack)
+            if at > 0.0 and (first < 0.0 or at < first):
+                first = at
+    return first
+
+
+@_inner
+def _catching(p, w):
+    """Fraction of the step at which the first latch reaches its place; -1: none does."""
+    values, at, coef = _real(p, P_LATCH_VALUE), _whole(p, P_LATCH_AT), _real(w, COEF)
+    y0, y1, first = _real(w, Y), _real(w, Y1_), -1.0
+    for i in range(values.size):
+        k = at[2 * i]
+        before, now = y0[k] - values[i], y1[k] - values[i]
+        sign = 1.0 if values[i] >= 0.0 else -1.0
+        if coef[at[2 * i + 1]] == 0.0 and sign * before < 0.0 <= sign * now:
+            part = before / (before - now)
+            if first < 0.0 or part < first:
+                first = part
+    return first
+
+
+@njit(cache=True, error_model="numpy")
+def note_approach(contact_at, coef, response, approach):
+    """Approach speed of each running impact: the largest since its onset; 0 once it is over.
+
+    Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
+    are loaded anew without a separation. Once begun, an impact is over when the journal is
+    clearly apart, so that no flight is too short for its end to be located.
+    """
+    for j in range(contact_at.size):
+        gap, rate, near = response[j, DEPTH], response[j, DEPTH_RATE], abs(response[j, GAP])
+        closing = rate > 0.0 or approach[j] != 0.0
+        if gap > 0.0 or (gap > -LANDING * near and closing):
+            largest = max(approach[j], rate)
+            approach[j] = largest if largest > 0.0 else UNMEASURED
+        else:
+            approach[j] = 0.0
+        coef[contact_at[j] + APPROACH] = approach[j]
+
+
+@_inner
+def impact_duration(mass, stiffness, speed, exponent):
+    """Duration [s] of an elastic impact: 2 d/v times the integral of (1 - x^(p+1))^-1/2."""
+    power = exponent + 1.0
+    depth = (0.5 * power * mass * speed * speed / stiffness) ** (1.0 / power)
+    shape = sqrt(pi) * gamma(1.0 + 1.0 / power) / gamma(0.5 + 1.0 / power)
+    return 2.0 * depth / speed * shape
+
+
+@_inner
+def _rung_below(s, h):
+    """First rung of the ladder whose step is not longer than ``h``."""
+    return max(0, int(ceil(log2(s[LARGEST] / max(h, s[SMALLEST])) - 1e-9)))
+
+
+@_inner
+def _impact_rung(p, w, response):
+    """Rung that resolves the impacts in which penetration changes noticeably; 0 if none does."""
+    s, approach, coef = _real(w, SETTINGS), _real(w, APPROACH0), _real(w, COEF)
+    mass, contact_at, rung = _real(p, P_CONTACT_MASS), _whole(p, P_CONTACT_AT), 0
+    for j in range(approach.size):
+        speed, at = approach[j], contact_at[j]
+        if speed != 0.0 and abs(response[j, DEPTH_RATE]) > VIOLENT * speed:
+            last = impact_duration(
+                mass[j], coef[at + STIFFNESS], max(speed, 1e-9), coef[at + EXPONENT]
+            )
+            rung = max(rung, _rung_below(s, last / IMPACT_RESOLUTION))
+    return rung
+
+
+@_inner
+def _next_rung(p, w, response, error):
+    """Steps that resolve running impacts; longer ones when the error has been small for long."""
+    w.whole[1] += 1
+    finest = _impact_rung(p, w, response)
+    if finest > w.whole[0]:
+        w.whole[0], w.whole[1] = finest, 0
+    elif w.whole[0] > finest and w.whole[1] >= CALM and error < DOUBLING_ERROR:
+        w.whole[0], w.whole[1] = w.whole[0] - 1, 0
+
+
+# ------------------------------------------------------------------------------------- energies
+
+
+@_inner
+def _look(p, w, y, v, coef, which):
+    """Fill a balance: kinetic, strain, contact energy, powers lost and on free strains; forces of
+    loads and of driven constraints; response and dissipative forces of the contacts."""
+    n, out, inertial = p.ints[0], _real(w, SCRATCH), _real(w, INERTIA)
+    real, external, drive, response, split = _looked(p, w, which)
+    inertia(p, v, inertial)
+    real[0] = 0.0
+    for i in range(n):
+        real[0] += 0.5 * v[i] * inertial[i]
+    energies(p, y, v, coef, real[1:])
+    out[:] = 0.0
+    forces(p, y, v, coef, LOAD, out)
+    for i in range(n):
+        external[i] = -out[i]
+    driven, masked = _whole(p, P_DRIVEN), _real(w, OTHER)
+    if driven.size:
+        masked[:n], masked[n:], out[:] = y[:n], 0.0, 0.0
+        for row in driven:
+            masked[n + row] = y[n + row]
+        forces(p, masked, v, coef, CONSTRAINT, out)
+        drive[:] = out[:n]
+    if p.ints[2]:
+        respond(p, y, v, coef, response, split)
+
+
+@_inner
+def _contact_losses(p, w, old, new):
+    """Add what each contact lost over the step to ``LOST``; sums of hysteresis and friction."""
+    lost, hysteresis, friction = _real(w, LOST), 0.0, 0.0
+    response0, split0 = _looked(p, w, old)[3:]
+    response1, split1 = _looked(p, w, new)[3:]
+    for j in range(len(response0)):
+        for k in range(2):
+            work = 0.0
+            for i in range(3):
+                turn = response1[j, i] - response0[j, i]
+                if i == 2:
+                    turn = (turn + pi) % (2.0 * pi) - pi
+                work -= 0.5 * (split0[j, 3 * k + i] + split1[j, 3 * k + i]) * turn
+            lost[2 * j + k] += work
+            if k == 0:
+                hysteresis += work
+            else:
+                friction += work
+    return hysteresis, friction
+
+
+@_inner
+def _heating(p, w, before, after):
+    """Energy [J] that a change of coefficients brings, mean over both ends of a step."""
+    if _real(w, C1).size == 0:
+        return 0.0
+    out = np.zeros(4)
+    energies(p, _real(w, Y), _real(w, V), _real(w, COEF), out)
+    first = out[0] + out[1] - before[1] - before[2]
+    energies(p, _real(w, Y1_), _real(w, V1_), _real(w, BEGUN), out)
+    return 0.5 * (first + after[1] + after[2] - out[0] - out[1])
+
+
+@_inner
+def _scheme_work(p, w, h):
+    """Energy that a scheme itself adds over a step beyond -dq.(F0 + F1)/2 [J].
+
+    Newmark's update makes the change of kinetic energy exactly
+
+        dK = dq.M(a0 + a1)/2 + (g - 1/2) dq.M da - h^2 (b - g/2) da.M((a0 + a1)/2 + (g - 1/2) da)
+
+    and M a1 follows from the forces by the balance of the step (Krenk & Hogsberg 2005 give the
+    linear case of HHT). BDF and projected positions have no such relation: there the kinetic
+    energies themselves are taken, (v0 + v1).M(v1 - v0)/2.
+    """
+    s, y0, y1, v0, v1 = _real(w, SETTINGS), _real(w, Y), _real(w, Y1_), _real(w, V), _real(w, V1_)
+    a0, a1, F0, F1 = _real(w, A), _real(w, A1_), _real(w, FORCE0), _real(w, FORCE1)
+    other, Ma, Mb, total = _real(w, OTHER), _real(w, INERTIA), _real(w, THIRD), 0.0
+    n = a0.size
+    if s[KIND] != NEWMARK or s[FORM] == PROJECTED:
+        for i in range(n):
+            other[i] = v1[i] - v0[i]
+        inertia(p, other, Ma)
+        for i in range(n):
+            total += 0.5 * ((v1[i] + v0[i]) * Ma[i] + (y1[i] - y0[i]) * (F0[i] + F1[i]))
+        return total
+    inertia(p, a0, Mb[:n])
+    for i in range(n):  # M a1 by the forces
+        by_force = (1.0 - s[ALPHA_F]) * F1[i] + s[ALPHA_F] * F0[i]
+        made = -(by_force + s[ALPHA_M] * Mb[i]) / (1.0 - s[ALPHA_M])
+        total += 0.5 * (y1[i] - y0[i]) * (Mb[i] + made + F0[i] + F1[i])
+        other[i] = a1[i] - a0[i]
+    inertia(p, other, Ma)
+    excess, drift = s[GAMMA] - 0.5, h * h * (s[BETA] - 0.5 * s[GAMMA])
+    for i in range(n):
+        half = 0.5 * (a0[i] + a1[i]) + excess * other[i]
+        total += Ma[i] * (excess * (y1[i] - y0[i]) - drift * half)
+    return total
+
+
+@_inner
+def _book(p, w, h, old, new):
+    """Add the step to the ledger; see ``mechanics.ledger``."""
+    y0, y1, F0, F1 = _real(w, Y), _real(w, Y1_), _real(w, FORCE0), _real(w, FORCE1)
+    before, external0, drive0 = _looked(p, w, old)[:3]
+    after, external1, drive1 = _looked(p, w, new)[:3]
+    hysteresis, friction = _contact_losses(p, w, old, new)
+    loads, drive, by_forces = 0.0, 0.0, 0.0
+    for i in range(F0.size):
+        dq = 0.5 * (y1[i] - y0[i])
+        loads += dq * (external0[i] + external1[i])
+        drive -= dq * (drive0[i] + drive1[i])
+        by_forces -= dq * (F0[i] + F1[i])
+    damping = 0.5 * h * (before[3] + after[3])
+    heating = _heating(p, w, before, after) - 0.5 * h * (before[4] + after[4])
+    known = loads + drive + heating - hysteresis - friction - damping
+    stored = after[1] + after[2] - before[1] - before[2]
+    numerical = known - stored - by_forces - _scheme_work(p, w, h)
+    defect = after[0] - before[0] + stored - (known - numerical)
+    ledger = _real(w, LEDGER)
+    ledger[:3] = after[:3]
+    ledger[WORK_LOADS] += loads
+    ledger[WORK_DRIVE] += drive
+    ledger[WORK_THERMAL] += heating
+    ledger[RUBBED] += friction
+    ledger[HYSTERESIS] += hysteresis
+    ledger[DAMPING] += damping
+    ledger[NUMERICAL] += numerical
+    ledger[DEFECT] += defect
+
+
+# ---------------------------------------------------------------------------------- the march
+
+
+@kernel(TAKE)
+def take(p, w, h, old):
+    """Book the step, update the running impacts and choose the next rung."""
+    y, v, clock, before = _real(w, Y), _real(w, V), _real(w, CLOCK), _real(w, BEFORE)
+    coef, new = _real(w, COEF), 1 - old
+    _look(p, w, _real(w, Y1_), _real(w, V1_), coef, new)
+    _book(p, w, h, old, new)
+    if before.size:
+        before[: y.size], before[y.size :] = y, v
+    y[:], v[:], _real(w, A)[:] = _real(w, Y1_), _real(w, V1_), _real(w, A1_)
+    _real(w, FORCE0)[:] = _real(w, FORCE1)
+    clock[0], clock[1] = _real(w, STEP)[0], h
+    response = _looked(p, w, new)[3]
+    note_approach(_whole(p, P_CONTACT_AT), coef, response, _real(w, APPROACH0))
+    w.whole[2] += 1
+    _next_rung(p, w, response, _real(w, STEP)[3])
+
+
+@_inner
+def _size(w, target):
+    """Step size on the ladder that ends the window in a whole number of steps, or the target."""
+    if target > 0.0:
+        return target
+    remaining = _real(w, SPAN)[1] - _real(w, CLOCK)[0]
+    rung = _real(w, SETTINGS)[LARGEST] / 2.0 ** w.whole[0]
+    return remaining / max(1, int(ceil(remaining / rung - 1e-9)))
+
+
+@_inner
+def _substep(p, w, old):
+    """One accepted step, whatever number of refused ones it takes: reason, worst unknown."""
+    target, s, addresses = -1.0, _real(w, SETTINGS), _whole(p, P_SOLVER)
+    while True:
+        h = _size(w, target)
+        why = attempt_at(addresses[3])(p, w, h)
+        worst = w.whole[5]
+        if why == DONE:
+            landing, caught = locate_at(addresses[4])(p, w, h, old), _catching(p, w)
+            if 0.0 < caught < 1.0 - 1e-6 and (landing < 0.0 or caught < landing):
+                landing = min(1.0, caught * (1.0 + 1e-9))
+            if landing < 0.0:
+                take_at(addresses[5])(p, w, h, old)
+                return LATCHED if caught > 0.0 else DONE, worst
+            target = landing * h
+            continue
+        w.whole[3] += 1
+        if h <= 2.0 * s[SMALLEST]:
+            return why, worst
+        if target > 0.0:
+            target *= 0.5
+        else:
+            w.whole[0], w.whole[1] = _rung_below(s, 0.5 * h * (1.0 + 1e-9)), 0
+
+
+@_inner
+def _enter(p, w):
+    """Begin a window; a jump of the coefficients since the last one is work of heating."""
+    coef, ledger, at = _real(w, COEF), _real(w, LEDGER), _whole(p, P_CONTACT_AT)
+    _coefficients(p, w, _real(w, CLOCK)[0])
+    for j in range(at.size):
+        coef[at[j] + APPROACH] = _real(w, APPROACH0)[j]
+    _look(p, w, _real(w, Y), _real(w, V), coef, 0)
+    now = _looked(p, w, 0)[0]
+    ledger[WORK_THERMAL] += now[1] + now[2] - ledger[STRAIN] - ledger[CONTACT_ELASTIC]
+    ledger[:3] = now[:3]
+
+
+@_inner
+def _keep(p, w, count, new):
+    """Keep a row of what the observer wants."""
+    y, response, driven = _real(w, Y), _looked(p, w, new)[3], _whole(p, P_DRIVEN)
+    joints, size = response.shape[0], y.size
+    _real(w, ROW_T)[count] = _real(w, CLOCK)[0]
+    at = count * joints
+    _real(w, ROW_RESPONSE)[at * COLUMNS : (at + joints) * COLUMNS] = response.ravel()
+    _real(w, ROW_APPROACH)[at : at + joints] = _real(w, APPROACH0)
+    for i in range(driven.size):
+        _real(w, ROW_DRIVE)[count * driven.size + i] = y[p.ints[0] + driven[i]]
+    if _real(w, ROW_Y).size:
+        _real(w, ROW_Y)[count * size : (count + 1) * size] = y
+        _real(w, ROW_V)[count * size : (count + 1) * size] = _real(w, V)
+        _real(w, ROW_LEDGER)[count * TERMS : (count + 1) * TERMS] = _real(w, LEDGER)
+
+
+@njit(cache=True, error_model="numpy")
+def march(p, w):
+    """Carry the state in the memory to the end of the window, or as far as it goes.
+
+    Parameters
+    ----------
+    p : Packed  the program
+    w : Memory
+
+    Returns
+    -------
+    how it ended, number of rows, the worst unknown of a step that was not possible
+    """
+    _enter(p, w)
+    count, old, kept = 0, 0, _real(w, ROW_T).size
+    clock, end = _real(w, CLOCK), _real(w, SPAN)[1]
+    while clock[0] < end:
+        if count == kept:
+            return FULL, count, 0
+        _real(w, BEGUN)[:] = _real(w, COEF)
+        why, worst = _substep(p, w, old)
+        if why != DONE and why != LATCHED:
+            return why, count, worst
+        old = 1 - old
+        _keep(p, w, count, old)
+        count += 1
+        if why == LATCHED:
+            return LATCHED, count, worst
+    return DONE, count, 0
