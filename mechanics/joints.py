@@ -31,6 +31,7 @@ from mechanics.description import (
     Prismatic,
     Pulley,
     Revolute,
+    RigidBody,
     Site,
     Sliding,
     Spherical,
@@ -89,7 +90,7 @@ def _sliding_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[
         return []
     from mechanics import sliding  # compiled only when used
 
-    return sliding.build(chosen, layout, first, _held)
+    return sliding.build(chosen, layout, first, partial(_held, layout=layout))
 
 
 def _rope_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[Constraints]:
@@ -183,15 +184,16 @@ def _across(a: Side, u: Array, b: Side, w: Array) -> Row:
     return Row(a, b, (Product(DIRECTION, direction(a, u), direction(b, w)),))
 
 
-def _held(a: Side, b: Side) -> Rows:
+def _held(a: Side, b: Side, layout: Layout) -> Rows:
     """Orientation of ``a`` in ``b``, sections free to breathe.
 
     Lengths of the vectors of a section and the angle between them stay free. About the normal of
     the section (of a shell: its own) the mean turn of two directions e', e'' in its plane is
     held, (e'_A·e''_B − e''_A·e'_B)/2: the torsion of a beam is measured and loaded in the same
-    way, whereas e'·e'' alone would let a torque shear the section and twist it freely.
+    way, whereas e'·e'' alone would let a torque shear the section and twist it freely. The
+    directions are those of a flexible section: oblique to it they would turn as it deforms.
     """
-    if b.directions == 1 or (a.fixed and not b.fixed):
+    if b.directions == 1 or (a.directions != 1 and _stiff(a, layout) and not _stiff(b, layout)):
         a, b = b, a
     if a.directions == 1:
         along = only_direction(a)
@@ -203,6 +205,10 @@ def _held(a: Side, b: Side) -> Rows:
         Product(DIRECTION, direction(a, second), direction(b, first), -0.5),
     )
     return [_across(a, first, b, normal), _across(a, second, b, normal), Row(a, b, products)]
+
+
+def _stiff(side: Side, layout: Layout) -> bool:
+    return side.fixed or isinstance(layout.bodies[side.name], RigidBody)
 
 
 def _tilt(a: Side, b: Side, axis: Array) -> Rows:
@@ -238,7 +244,7 @@ def _clamp(joint: Clamp, layout: Layout) -> Rows:
     between nodes a bicubic edge is clamped where ``Fixing`` holds the twist vector as well.
     """
     a, b = _sides(layout, joint.a, joint.b)
-    turn = _held(a, b)
+    turn = _held(a, b, layout)
     if not _apart(a, b):
         return _together(a, b) + turn
     if b.directions == 1 or (a.fixed and not b.fixed):
@@ -281,7 +287,7 @@ def _cylindrical(joint: Cylindrical, layout: Layout) -> Rows:
 def _prismatic(joint: Prismatic, layout: Layout) -> Rows:
     a, b = _sides(layout, joint.a, joint.b)
     axis = unit(joint.axis)
-    return _beside(a, b, axis) + _held(a, b) + _along(a, b, axis, joint.travel)
+    return _beside(a, b, axis) + _held(a, b, layout) + _along(a, b, axis, joint.travel)
 
 
 def _planar(joint: Planar, layout: Layout) -> Rows:

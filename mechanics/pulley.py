@@ -84,12 +84,13 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
             for m in range(ints[e, 2]):
                 b, w = ints[e, 3 + 2 * m], lam * wk * floats[e, 1 + 3 * N + m]
                 for p in range(last):  # (I − t tᵀ)/size on the two points of each segment
-                    sign = (float(a == p + 1) - float(a == p)) * (float(b == p + 1) - float(b == p))
-                    if sign != 0.0:
+                    f = w / size[p] * (int(a == p + 1) - int(a == p))
+                    f *= int(b == p + 1) - int(b == p)
+                    if f != 0.0:
                         for i in range(3):
                             for j in range(3):
-                                part = float(i == j) - t[p, i] * t[p, j]
-                                data[at[(3 * k + i) * n + 3 * m + j]] += sign * w * part / size[p]
+                                part = int(i == j) - t[p, i] * t[p, j]
+                                data[at[(3 * k + i) * n + 3 * m + j]] += f * part
 
 
 def build(pulleys: Sequence[Pulley], layout: Layout, first: int) -> Constraints:

@@ -6,6 +6,7 @@ from mechanics import kernels
 from mechanics.description import Beam, Particle, RigidBody, Shell, Site
 from mechanics.joints import build
 from mechanics.layout import Layout
+from mechanics.rigid import build as build_rigid
 from meshes.surfaces import Surface, tube
 
 X, Y, Z = np.eye(3)
@@ -74,7 +75,7 @@ BODIES = (
     beam("wire", POINT, (1.0, 4.5, 18.2), element="cable"),
     _reaching("spar", (5.0, 2.0, 4.0), 0.3),
     _reaching("rope", (5.0, 2.0, 4.0), 0.7, "cable"),
-    beam("pipe", _BESIDE, _BESIDE + [1.0, 0.3, 0.0]),
+    beam("pipe", _BESIDE, _BESIDE + np.array([1.0, 0.3, 0.0])),
     _shell("skin", "shell48"),
     _shell("plate", "shell24"),
     Particle("ball", POINT, 2.0),
@@ -99,17 +100,25 @@ ENDS = {
 
 
 class Rows:
-    """All constraints of some joints, as functions of the coordinates and multipliers."""
+    """All constraints of some joints, as functions of the coordinates and multipliers.
 
-    def __init__(self, joints, bodies=BODIES):
+    With ``rigid_too`` also those that keep rigid bodies rigid; ``caught``: latches hold.
+    """
+
+    caught = False
+
+    def __init__(self, joints, bodies=BODIES, rigid_too=False):
         self.layout = Layout.of(bodies, joints)
         self.n = self.layout.ndof
-        self.terms = build(joints, self.layout, self.n)
+        held = [body for body in bodies if isinstance(body, RigidBody)] if rigid_too else []
+        self.terms = [build_rigid(held, self.layout, self.n)] if held else []
+        self.terms += build(joints, self.layout, self.n + 6 * len(held))
         self.m = sum(term.rows for term in self.terms)
 
     @property
     def names(self):
-        return [name for term in self.terms for name in term.names]
+        each = [np.repeat(term.names, term.rows // len(term.names)) for term in self.terms]
+        return [str(name) for names in each for name in names]
 
     @property
     def driven(self):
@@ -117,8 +126,10 @@ class Rows:
 
     def coefficients(self, term, t):
         coef = term.coefficients(np.zeros((0, 3)))
-        for row, column, history in term.signals:
+        for row, column, history in getattr(term, "signals", ()):
             coef[row, column] = history(t)
+        for latch in getattr(term, "latches", ()):
+            coef[latch.row, 1] = float(self.caught)
         return coef
 
     def force(self, q, lam, t=0.0):
@@ -146,6 +157,28 @@ class Rows:
 
     def jacobian(self, q, t=0.0):
         return self.tangent(q, np.zeros(self.m), t)[self.n :, : self.n]
+
+    def follow(self, q, t):
+        """The nearest coordinates at which all rows vanish."""
+        for _ in range(30):
+            values = self.values(q, t)
+            if np.abs(values).max() < 1e-13:
+                return q
+            q = q - np.linalg.lstsq(self.jacobian(q, t), values, rcond=1e-10)[0]
+        raise AssertionError(f"rows left at {np.abs(values).max():.3g}")
+
+    def balance(self, q, load, free, t=0.0):
+        """Coordinates and multipliers at which ``load`` (n,) is carried, others held."""
+        at = np.concatenate([free, self.n + np.arange(self.m)])
+        y, load = np.concatenate([q, np.zeros(self.m)]), np.append(load, np.zeros(self.m))
+        for _ in range(60):
+            rest = (self.force(y[: self.n], y[self.n :], t) - load)[at]
+            if np.abs(rest).max() < 1e-12:
+                return y[: self.n], y[self.n :]
+            y[at] -= np.linalg.lstsq(
+                self.tangent(y[: self.n], y[self.n :], t)[np.ix_(at, at)], rest, rcond=1e-12
+            )[0]
+        raise AssertionError(f"forces left at {np.abs(rest).max():.3g}")
 
     def moved(self, seed=1, amount=0.2):
         """Coordinates away from the reference, sections strained and sheared."""

@@ -341,7 +341,7 @@ def test_joints_that_cannot_be_made_name_themselves(joint, message):
 
 def test_turns_and_travels_are_had_by_hinges_and_slides_only():
     ball = Spherical("ball", ENDS["arm"], ENDS["hub"])
-    with pytest.raises(ValueError, match="joint 'ball'.*has no turn"):
+    with pytest.raises(ValueError, match=r"joint 'ball'.*has no turn"):
         Rows([ball, Latch("j", "ball", 1.0)])
 
 
