@@ -119,8 +119,8 @@ PLACE[INSIDE] = np.arange(INNER)
 """(22,) place of a row among the inner measures."""
 OUTER = np.array([*range(AXIAL, BENDING), *range(SECTION, NORMAL)], dtype=np.intp)
 """Rows on which no other row depends."""
-STRIPE = np.array([AXIAL, BENDING + 1, SHEAR + 1, NORMAL], dtype=np.intp)
-"""Stripes of four rows that hold all but those of the section."""
+FIRST = np.array([0, 0, 3, 6, 0], dtype=np.intp)
+"""First column in which four gradients, from rows 0, 4, ... on, have entries."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -404,61 +404,72 @@ def _curvatures(eps, J, S, W):
 
 
 @njit(cache=True, error_model="numpy")
-def _second(arm, E, F):
-    """Second derivatives of u.n: E (3, 3) in u and d, F (3, 3) in d and d."""
-    un = arm[0] * arm[3] + arm[1] * arm[4] + arm[2] * arm[5]
-    for i in range(3):
-        for j in range(3):
-            one = 1.0 if i == j else 0.0
-            nn = arm[3 + i] * arm[3 + j]
-            E[i, j] = (one - nn) * arm[9]
-            bent = arm[i] * arm[3 + j] + arm[3 + i] * arm[j]
-            F[i, j] = (un * (3.0 * nn - one) - bent) * arm[9] * arm[9]
-
-
-@njit(cache=True, error_model="numpy")
-def _arm_rates(V, g, k, E, F, arm):
-    """Rates of n_k and of (u - (u.n) n)/|d|."""
-    for i in range(3, 9):
-        arm[i] = 0.0
-    for j in range(3):
-        u = AHEAD[g, 0] * V[j] + AHEAD[g, 1] * V[3 + j] + AHEAD[g, 2] * V[12 + j]
-        d = ENDS[g, 0] * V[6 + 3 * k + j] + ENDS[g, 1] * V[15 + 3 * k + j]
-        for i in range(3):
-            arm[3 + i] += E[i, j] * d
-            arm[6 + i] += E[i, j] * u + F[i, j] * d
-
-
-@njit(cache=True, error_model="numpy")
-def _measures(X, V, arms, S, damped, arms_v, K):
-    """Second derivatives of the measures: times S added to K, times V in ``arms_v``."""
-    E, F = np.empty((3, 3)), np.empty((3, 3))
-    for m in range(FACTOR.size):
-        j, k, s = 3 * LEFT[m], 3 * RIGHT[m], FACTOR[m] * S[ROW[m]]
-        for i in range(3):
-            K[j + i, k + i] += s
-            K[k + i, j + i] += s
+def _arm_rates(V, arms, arms_v):
+    """Rates of n_k and of (u - (u.n) n)/|d| at all points."""
     for g in range(4):
         for k in range(2):
-            arm, s = arms[2 * g + k], S[POINT_ROW[g, k]]
-            _second(arm, E, F)
-            if damped:
-                _arm_rates(V, g, k, E, F, arms_v[2 * g + k])
+            arm, arm_v = arms[2 * g + k], arms_v[2 * g + k]
+            N, un, nu, nd, ud = arm[9], 0.0, 0.0, 0.0, 0.0
+            for i in range(3):
+                u = AHEAD[g, 0] * V[i] + AHEAD[g, 1] * V[3 + i] + AHEAD[g, 2] * V[12 + i]
+                d = ENDS[g, 0] * V[6 + 3 * k + i] + ENDS[g, 1] * V[15 + 3 * k + i]
+                arm_v[i], arm_v[6 + i] = d, u
+                un += arm[i] * arm[3 + i]
+                nu += arm[3 + i] * u
+                nd += arm[3 + i] * d
+                ud += arm[i] * d
+            for i in range(3):
+                n, d = arm[3 + i], arm_v[i]
+                bent = un * (3.0 * nd * n - d) - arm[i] * nd - n * ud
+                arm_v[3 + i] = N * (d - nd * n)
+                arm_v[6 + i] = N * (arm_v[6 + i] - nu * n + N * bent)
+
+
+@njit(cache=True, error_model="numpy")
+def _alike(arms, S, P):
+    """Second derivatives of the measures that act on x, y, z alike, between vectors: P (7, 7)."""
+    P[:] = 0.0
+    for m in range(FACTOR.size):
+        s = FACTOR[m] * S[ROW[m]]
+        P[LEFT[m], RIGHT[m]] += s
+        P[RIGHT[m], LEFT[m]] += s
+    for g in range(4):
+        for k in range(2):
+            arm, row = arms[2 * g + k], POINT_ROW[g, k]
+            un = arm[0] * arm[3] + arm[1] * arm[4] + arm[2] * arm[5]
+            a, b = S[row] * arm[9], S[row] * un * arm[9] * arm[9]
             for o in range(2):
-                L = 9 * o + 6 + 3 * k
+                d = A2 + k + 3 * o
                 for m in range(3):
-                    M, c = 3 * AXIS[m], s * AHEAD[g, m] * ENDS[g, o]
-                    if c != 0.0:
-                        for i in range(3):
-                            for j in range(3):
-                                K[M + i, L + j] += c * E[i, j]
-                                K[L + j, M + i] += c * E[i, j]
+                    P[AXIS[m], d] += a * AHEAD[g, m] * ENDS[g, o]
+                    P[d, AXIS[m]] += a * AHEAD[g, m] * ENDS[g, o]
                 for m in range(2):
-                    M, c = 9 * m + 6 + 3 * k, s * ENDS[g, m] * ENDS[g, o]
-                    if c != 0.0:
-                        for i in range(3):
-                            for j in range(3):
-                                K[M + i, L + j] += c * F[i, j]
+                    P[A2 + k + 3 * m, d] -= b * ENDS[g, m] * ENDS[g, o]
+
+
+@njit(cache=True, error_model="numpy")
+def _turning(arms, S, G, R, K):
+    """The others: with the gradient g of u.n and the vector m that has n at d, they are
+    -(g m^T + m g^T - u.n/|d| m m^T)/|d|. What stands behind g goes to R, the rest to K."""
+    Q = np.empty(LONG)
+    for g in range(4):
+        for k in range(2):
+            arm, row = arms[2 * g + k], POINT_ROW[g, k]
+            un = arm[0] * arm[3] + arm[1] * arm[4] + arm[2] * arm[5]
+            a = -S[row] * arm[9]
+            for j in range(LONG):
+                Q[j] = a * G[row, j]
+            for o in range(2):
+                for i in range(3):
+                    j, m = 9 * o + 6 + 3 * k + i, a * ENDS[g, o] * arm[3 + i]
+                    R[row, j] += m
+                    Q[j] -= un * arm[9] * m
+            for o in range(2):
+                if ENDS[g, o] != 0.0:
+                    for i in range(3):
+                        m = ENDS[g, o] * arm[3 + i]
+                        for j in range(LONG):
+                            K[9 * o + 6 + 3 * k + i, j] += m * Q[j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -473,9 +484,14 @@ def _add_four(A, a, i, B, b, C, c, count):
 @njit(cache=True, error_model="numpy")
 def _inner_rows(J, W, G, R, H):
     """Add H G, H = sum J_r (x) W_r, to the rows R of the inner measures; ``H`` is transposed."""
+    for j in range(INNER):  # the row of the number 1 has nothing of its own
+        J[ONE, j], W[ONE, j] = J[TORSION, j], W[TORSION, j]
     H[:] = 0.0
-    for m in range(4):
-        _add_four(W, STRIPE[m], 0, J, STRIPE[m], H, 0, INNER)
+    _add_four(W, BENDING, 0, J, BENDING, H, 0, INNER)
+    _add_four(W, NORMAL, 0, J, NORMAL, H, 0, INNER)
+    for r in range(SHEAR, TORSION):  # J is 1
+        for j in range(INNER):
+            H[j, PLACE[r]] += W[r, j]
     for m in range(0, INNER, 4):
         _add_four(H, m, 0, G, INSIDE[m], R, BENDING, 8)
         _add_four(H, m, 8, G, INSIDE[m], R, NORMAL, 3)
@@ -485,7 +501,10 @@ def _inner_rows(J, W, G, R, H):
 def _whole(J, G, B):
     """Add what axial strains owe to shear to their gradients."""
     for r in range(AXIAL, BENDING):
-        _add_four(J.T, PLACE[SHEAR], r, G, SHEAR, B, r, 1)
+        for b in range(SHEAR, TORSION):
+            c = J[r, PLACE[b]]
+            for j in range(LONG):
+                B[r, j] += c * G[b, j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -507,7 +526,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     X, V, K, row = np.empty(21), np.zeros(21), np.empty((21, LONG)), np.empty(LONG)
     G, Gv, R = np.empty((LONG, LONG)), np.zeros((LONG, LONG)), np.empty((LONG, LONG))
     J, Jv, W = np.empty((LONG, INNER)), np.zeros((LONG, INNER)), np.empty((LONG, INNER))
-    H, D, Dv = np.empty((INNER, INNER)), np.empty(STRAINS), np.empty(STRAINS)
+    H, P, D, Dv = np.empty((INNER, INNER)), np.empty((7, 7)), np.empty(STRAINS), np.empty(STRAINS)
     arms, arms_v = np.empty((8, 10)), np.empty((8, 10))
     eps, rate, S = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS)
     for e in range(len(floats)):
@@ -521,17 +540,23 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
         for r in range(STRAINS):
             D[r], Dv[r], S[r] = coef[e, r] * (cK + cC * tau), coef[e, r] * cK * tau, cK * S[r]
         G[:], R[:], K[:] = 0.0, 0.0, 0.0
-        _derivatives(eps, J)
-        _curvatures(eps, J, S, W)
-        _measures(X, V, arms, S, tau > 0.0, arms_v, K)
         _products(X, G)
         _points(arms, G)
+        _derivatives(eps, J)
+        _curvatures(eps, J, S, W)
+        _alike(arms, S, P)
+        for a in range(7):
+            for b in range(7):
+                for i in range(3):
+                    K[3 * a + i, 3 * b + i] = P[a, b]
+        _turning(arms, S, G, R, K)
         for r in range(BENDING, SECTION):
             for j in range(INNER):
                 W[r, j] += D[r] * J[r, j]
         if tau > 0.0:
             Gv[:] = 0.0
             _products(V, Gv)
+            _arm_rates(V, arms, arms_v)
             _points(arms_v, Gv)
             _changes(eps, rate, J, Jv)
             for r in range(BENDING, SECTION):
@@ -549,8 +574,11 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
             _outer_rows(Dv, Gv, R)
         _whole(J, G, G)
         _outer_rows(D, G, R)
-        for r in range(0, LONG, 4):
-            _add_four(G, r, 0, R, r, K, 0, 21)
+        for j in range(LONG):  # the row of torsion has no measure of its own
+            G[TORSION, j], R[TORSION, j] = G[TURN, j], R[TURN, j]
+        for r in range(0, TURN, 4):
+            first = FIRST[r // 4]
+            _add_four(G, r, first, R, r, K, first, 21 - first)
         for i in range(24):
             c = -1.0 / L if i < 3 else (1.0 / L if 12 <= i < 15 else 1.0)
             k = i if i < 12 else (i - 12 if i < 15 else i - 3)
