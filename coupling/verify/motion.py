@@ -29,7 +29,7 @@ class Path(NamedTuple):
     approach: Array
 
 
-def fixed(h: float, alpha: float = -0.1, newton: float = 1e-10) -> Control:
+def fixed(h: float, alpha: float = -0.1, newton: float = 1e-13) -> Control:
     """Constant steps of ``h`` [s]."""
     return Control(np.inf, h, h, Scheme(alpha=alpha, newton_tolerance=newton))
 
