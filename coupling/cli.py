@@ -355,5 +355,34 @@ def verify(
     raise typer.Exit(DONE if passed else FAILED)
 
 
+@app.command(epilog="Example:  thermobody report ring_truss levels")
+def report(
+    what: Annotated[
+        str, typer.Argument(metavar="CASE|ring_truss", help="A case, or the ring truss.")
+    ],
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            help="work or newton; of the ring truss also levels, elements, integrators, exudyn; "
+            "without: all of them.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output", metavar="DIR", help="Where tables and pictures go.")
+    ] = Path("report"),
+) -> None:
+    """Measure how fast the motion is computed.
+
+    Times of the parts of a step, ratios to the least possible and to full Newton; growth with
+    size; error against time; Exudyn on the same models, where it is installed.
+    """
+    with _answering():
+        from coupling.report import report as make
+
+        _check_writable(output)
+        _tell(_out(), make(what, name, output, _out()))
+
+
 if __name__ == "__main__":
     main()

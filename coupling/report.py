@@ -1,0 +1,125 @@
+"""``thermobody report``: measures, prints tables, writes them as CSV and Markdown, draws them."""
+
+import csv
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from coupling.errors import BadCase, Problem, unknown
+from coupling.reports.registry import OF_A_CASE, REPORTS, Picture, Result, load
+
+RING = "ring_truss"
+
+
+def report(what: str, name: str | None, folder: Path, out: Console) -> list[Path]:
+    """Make the reports of a case, or of the ring truss; the files that were written.
+
+    Parameters
+    ----------
+    what : "ring_truss", or a case
+    name : one of ``REPORTS``; None: all that there are for it
+
+    Raises
+    ------
+    BadCase : the case is faulty, or there is no such report
+    """
+    files: list[Path] = []
+    for result in _results(what, _chosen(what, name)):
+        _show(out, result)
+        files += _written(folder, result)
+    return files
+
+
+def _chosen(what: str, name: str | None) -> Sequence[str]:
+    there = tuple(REPORTS) if what == RING else OF_A_CASE
+    if name is None:
+        return there
+    if name not in REPORTS:
+        raise BadCase("report", [Problem("", unknown("report", name, REPORTS))])
+    if name not in there:
+        text = f"'{name}' measures models of its own: thermobody report {RING} {name}"
+        raise BadCase("report", [Problem("", text)])
+    return (name,)
+
+
+def _results(what: str, names: Sequence[str]) -> Iterator[Result]:
+    system = None
+    for name in names:
+        if name not in OF_A_CASE:
+            yield from load(name)()
+            continue
+        system = system or _system(what)
+        yield from load(name)(*system)
+
+
+def _system(what: str) -> tuple[Any, float]:
+    """The system to measure, and the step [s]."""
+    if what == RING:
+        from coupling.reports.rings import STEP, ring
+
+        return ring(), STEP
+    from coupling.casefile import read
+    from coupling.model import build
+
+    scene = read(what)
+    return build(scene).motion_solver.system, scene.integrator.largest_step or scene.time.window
+
+
+# ------------------------------------------------------------------------------------ output
+
+
+def _cell(value: str | float | int) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _show(out: Console, result: Result) -> None:
+    rows = [result.columns, *(tuple(map(_cell, row)) for row in result.rows)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(result.columns))]
+    out.print(result.title, style="bold", markup=False)
+    for row in rows:
+        line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        out.print(f"  {line}".rstrip(), markup=False)
+    for note in result.notes:
+        out.print(f"  {note}", markup=False)
+    out.print()
+
+
+def _written(folder: Path, result: Result) -> list[Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    table, text = folder / f"{result.name}.csv", folder / f"{result.name}.md"
+    with table.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([result.columns, *result.rows])
+    text.write_text(_markdown(result), encoding="utf-8")
+    files = [table, text]
+    if result.picture is not None:
+        files.append(_drawn(folder / f"{result.name}.png", result.title, result.picture))
+    return files
+
+
+def _markdown(result: Result) -> str:
+    lines = [f"# {result.title}", "", "| " + " | ".join(result.columns) + " |"]
+    lines.append("|" + "---|" * len(result.columns))
+    lines += ["| " + " | ".join(map(_cell, row)) + " |" for row in result.rows]
+    return "\n".join([*lines, "", *(f"{note}  " for note in result.notes)]) + "\n"
+
+
+def _drawn(path: Path, title: str, picture: Picture) -> Path:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    from coupling.plot import STYLE
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 6.0), dpi=150, layout="constrained")
+        ax = figure.subplots()
+        for curve, marker in zip(picture.curves, "osD^v<>phX*+" * 3, strict=False):
+            ax.loglog(curve.x, curve.y, marker=marker, label=curve.label, ms=5)
+        ax.set_xlabel(picture.x)
+        ax.set_ylabel(picture.y)
+        ax.grid(which="minor", lw=0.3)
+        figure.suptitle(title, x=0.01, ha="left", weight="bold")
+        figure.legend(loc="outside right upper")
+        figure.savefig(path)
+    return path

@@ -1,0 +1,1 @@
+"""Reports of speed: what is measured, and how it is written down."""
