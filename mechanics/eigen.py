@@ -17,12 +17,14 @@ from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float64]
 
-PASSES, ITERATIONS = 10, 200
+PASSES, ITERATIONS = 30, 200
 """Shifts tried on the way to the lowest eigenvalues; iterations with each."""
-FAR = 0.01
+FAR = 0.3
 """Ten times an eigenvalue, relative to the shift, that calls for one nearer [-]."""
-STILL = 1e-12
-"""Change of an eigenvalue, relative to its distance from the shift, at the end [-]."""
+STILL = 1e-11
+"""Change of the eigenvalues, relative to the shift, at the end [-]."""
+SHARP = 1e-3
+"""Change at the end, relative to the largest one sought, that round-off may leave [-]."""
 ROUNDING = 1e-12
 """Smallest shift, relative to ``ratio`` [-]."""
 LOST = (
@@ -62,18 +64,22 @@ def lowest(
     shift = -1e-5 * unit
     nearer = True
     for _ in range(PASSES):
-        moved = csc_array(K - shift * M)
-        if negatives(moved, B):  # there are eigenvalues below the shift
+        shifted = csc_array(K - shift * M)
+        if negatives(shifted, B):  # there are eigenvalues below the shift
             shift, nearer = 10.0 * shift, False
             continue
         try:
-            values, X = _iterated(M, saddle_solve(moved, B), X, shift, count, not nearer)
+            values, X, moved = _iterated(M, saddle_solve(shifted, B), X, shift, count, not nearer)
         except LinAlgError:  # the shift drowns in round-off
             shift, nearer = 100.0 * shift, False
             continue
         close = max(10.0 * float(values[count - 1]), ROUNDING * unit)
         if not nearer or close > FAR * abs(shift):
-            return values[:count], X[:, :count]
+            values, X = values[:count], X[:, :count]
+            allowed = SHARP * max(float(np.abs(values).max()), ROUNDING * unit)
+            if np.any(moved > allowed + noise(K, X)):
+                raise ArithmeticError(LOST)
+            return values, X
         shift = -close
     raise ArithmeticError(LOST)
 
@@ -85,12 +91,13 @@ def _iterated(
     shift: float,
     count: int,
     last: bool,
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array]:
     """Subspace iteration (Bathe 1971): Ritz values (p,) and vectors (n, p) of the block ``X``.
 
-    Ends once the first ``count`` values stand still, or are seen to lie far from the shift.
+    Ends once the first ``count`` values stand still, also because of round-off, or are seen to
+    lie far from the shift; last comes how far they moved at the end.
     """
-    before = np.full(count, np.inf)
+    before, errors = np.full(count, np.inf), [np.inf]
     for iteration in range(ITERATIONS):
         MX = M @ X
         Y = inverse(MX)
@@ -99,12 +106,21 @@ def _iterated(
         theta, V = theta[::-1], V[:, ::-1]
         X = Y @ (V / np.sqrt(theta))
         values = shift + 1.0 / theta
-        if np.all(np.abs(values[:count] - before) <= STILL * np.abs(values[:count] - shift)):
-            return values, X
+        moved = np.abs(values[:count] - before)
+        errors.append(float(moved.max()))
+        stagnant = len(errors) > 20 and errors[-1] >= 0.5 * min(errors[:-20])
+        if errors[-1] <= STILL * (abs(values[0]) + abs(shift)) or stagnant:
+            return values, X, moved
         if not last and iteration >= 2 and 10.0 * values[count - 1] < FAR * abs(shift):
-            return values, X
+            return values, X, moved
         before = values[:count]
     raise ArithmeticError(LOST)
+
+
+def noise(K: csc_array, X: Array) -> Array:
+    """(k,) what round-off of the products in x^T K x may leave of each of the vectors (n, k)."""
+    X = np.abs(X)
+    return 1e-15 * np.einsum("ij,ij->j", X, abs(K) @ X)
 
 
 def ratio(K: csc_array, M: csc_array, size: Array) -> float:
@@ -146,7 +162,9 @@ def saddle_solve(K: csc_array, B: csc_array) -> Callable[[Array], Array]:
     solve = splu(matrix).solve
 
     def inverse(b: Array) -> Array:
-        return solve(np.concatenate([b, np.zeros((m, *b.shape[1:]))]))[:n]
+        whole = np.concatenate([b, np.zeros((m, *b.shape[1:]))])
+        x = solve(whole)
+        return (x + solve(whole - matrix @ x))[:n]  # refined: constraints hold to round-off
 
     return inverse
 

@@ -6,13 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from mechanics.eigen import lowest, negatives
+from mechanics.eigen import lowest, negatives, noise
 from mechanics.system import Coefficients, Factors, System
 
 Array = NDArray[np.float64]
 
-ROUNDING = 1e-15
-"""Stiffness of a motion that is none, relative to that of its parts [-]."""
 SMALL = 1e-9
 """Square of a frequency that is none, relative to the largest of those sought [-]."""
 
@@ -42,9 +40,8 @@ def modes(
     K, B = stiffness(system, np.concatenate([q, lam]), t, coef)
     M = csc_array(system.mass)
     squares, shapes = lowest(K, M, B, count, system.scale)
-    # negative by round-off of the products that make up x^T K x, as rigid motions may be
-    size = np.einsum("ij,ij->j", np.abs(shapes), abs(K) @ np.abs(shapes))
-    small = np.maximum(ROUNDING * size, SMALL * np.max(squares))
+    # rigid motions may be negative by round-off
+    small = np.maximum(noise(K, shapes), SMALL * np.max(squares))
     squares = np.where((squares < 0.0) & (squares > -small), 0.0, squares)
     frequencies = np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi)
     unstable = int(np.count_nonzero(squares < 0.0))

@@ -120,7 +120,8 @@ def equilibrium(
             if found.iterations <= EASY and moved < 0.5 * LARGEST_STEP:
                 increment = min(2.0 * increment, GROWTH / steps)
             continue
-        loose = free_motions(system, y, c0) if found.why and bound < np.inf else []
+        seek = found.why and fraction == 0.0 and bound < np.inf
+        loose = free_motions(system, y, c0) if seek else []
         if loose or increment <= 1.0 / (1024 * steps):
             why = "nothing holds " + "; ".join(loose) if loose else found.why
             return Equilibrium(y[: system.n], y[system.n :], spent, fraction, why)

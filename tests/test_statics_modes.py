@@ -1,12 +1,31 @@
 """Equilibria by load stepping, and vibrations about them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from coupling.verify.models import ROOM, clamp, elastic, model, sections, straight
-from mechanics.description import Force, Guide, Moment, Particle, Revolute, Site, Spherical
-from mechanics.modes import modes
-from mechanics.statics import equilibrium
+from mechanics import statics
+from mechanics.beam3243_kernels import evaluate
+from mechanics.buckling import buckling
+from mechanics.description import (
+    Force,
+    Guide,
+    Moment,
+    Particle,
+    Prismatic,
+    Revolute,
+    RigidBody,
+    Site,
+    Spherical,
+    TorsionSpring,
+)
+from mechanics.eigen import lowest, negatives
+from mechanics.mechanism import free_motions
+from mechanics.modes import modes, stiffness
+from mechanics.prediction import predicted
+from mechanics.statics import at_rest, equilibrium
 from meshes.sections import circle, rectangle
 
 X, Y, Z = np.eye(3)
@@ -44,26 +63,18 @@ def test_small_deflection_of_a_cantilever():
 def test_equilibrium_balances_forces_at_every_coordinate():
     made = cantilever(tip_force(30.0, np.array([0.3, 0.8, 0.5])))
     found, system = solved(made), made.system
-    forces = system.force(found.q, np.zeros(system.n), 1.0, made.coef, np.zeros(0))
-    residual = forces + system.constraint_force(found.q, 1.0, found.lam)
-    assert np.abs(residual).max() < 1e-6 * 30.0
-    assert np.abs(system.constraints.values(found.q, 1.0)).max() < 1e-12
+    y = system.unknowns(found.q, found.lam)
+    residual = system.residual(y, np.zeros_like(y), 1.0, made.coef)
+    assert np.abs(residual[: system.n]).max() < 1e-6 * 30.0
+    assert np.abs(residual[system.n :]).max() < 1e-12
 
 
 def test_reactions_balance_the_load():
     """-lam acts on the clamped node: force rows of a clamp are along the axes."""
     made = cantilever(tip_force(30.0))
-    reaction = made.system.constraint_force(np.array(made.system.layout.q0), 1.0, solved(made).lam)
+    y = made.system.unknowns(made.system.layout.q0, solved(made).lam)
+    reaction = made.system.constraint_force(y, 1.0, made.coef)
     np.testing.assert_allclose(reaction[:3], [0.0, 30.0, 0.0], atol=1e-6)
-
-
-def test_equilibrium_is_where_motion_would_not_begin():
-    made = cantilever(tip_force(30.0))
-    found, system = solved(made), made.system
-    a, lam = system.initial_acceleration(found.q, np.zeros(system.n), 1.0, made.coef, np.zeros(0))
-    free = 30.0 / (RHO * BAR.area)
-    assert np.abs(a[1::12]).max() < 1e-6 * free
-    np.testing.assert_allclose(lam[:3], found.lam[:3], atol=1e-4)
 
 
 def rolled_up(steps):
@@ -115,14 +126,67 @@ def test_coefficients_go_from_cold_to_warm():
     assert tip[1] == pytest.approx(-bow, rel=2e-3)  # away from the hot side
 
 
+PUSH = np.array([0.1, 1.0, 0.2])
+
+
+@pytest.mark.parametrize(
+    ("joints", "free"),
+    [
+        ([], "move along x, y and z and turn about x, y and z"),
+        ([Revolute("a", Site("beam", 0), Site(None), Z)], "turn about z"),
+        ([Revolute("a", Site("beam", 0), Site(None), np.array([0.6, 0.8, 0.0]))],
+         "turn about (0.6, 0.8, 0)"),
+        ([Spherical("a", Site("beam", 0), Site(None))], "turn about x, y and z"),
+        ([Guide("a", Site("beam", 0), np.array([Y, Z])), Prismatic("p", Site("beam", 2),
+          Site(None, position=X), X)], "move along x"),
+    ],
+)  # fmt: skip
 @pytest.mark.parametrize("steps", [1, 10])
-def test_what_has_no_equilibrium_gives_a_reason(steps):
-    """A bar that hangs on nothing is pushed."""
-    made = model(straight(1.0, 2, BAR, METAL), [], [tip_force(1.0, elements=2)])
+def test_a_mechanism_is_told_by_body_and_direction(joints, free, steps):
+    made = model(straight(1.0, 2, BAR, METAL), joints, [tip_force(10.0, PUSH, 2)])
     found = equilibrium(made.system, made.coef, made.coef, steps)
     assert found.fraction == 0.0
-    assert found.why == "the stiffness matrix is singular" or "beam node" in found.why
+    assert found.why == f"nothing holds body 'beam': it can {free}"
     assert np.array_equal(found.q, made.system.layout.q0)
+
+
+def test_only_the_loose_body_is_told():
+    ball = RigidBody("ball", X, 1.0, np.eye(3))
+    hinge = Revolute("hinge", Site("ball"), Site("beam", 2), Z)
+    made = model([straight(1.0, 2, BAR, METAL), ball], [clamp(), hinge], [tip_force(1.0, Y, 2)])
+    assert loose(made) == ["body 'ball': it can turn about z"]
+
+
+def loose(made):
+    return free_motions(made.system, at_rest(made.system), made.coef)
+
+
+def test_what_a_weak_spring_holds_is_no_mechanism():
+    """Eleven orders of magnitude softer than the axis of the bar."""
+    hinge = Revolute("hinge", Site("beam", 0), Site(None), Z)
+    spring = TorsionSpring("spring", "hinge", stiffness=1e-2)
+    made = model(straight(1.0, 2, BAR, METAL), [hinge, spring], [tip_force(1e-5, Y, 2)])
+    assert loose(made) == []
+    tip = made.position(solved(made).q, "beam", 2)
+    angle = np.arctan2(tip[1], tip[0])
+    assert angle == pytest.approx(1e-3 * np.cos(angle), rel=1e-4)
+
+
+def test_a_clamped_bar_is_no_mechanism():
+    assert loose(cantilever(tip_force(0.0))) == []
+
+
+def test_motions_of_a_chain_are_those_of_its_hinges():
+    """Two bars in a row on spherical joints: each spins, and the middle moves across."""
+    second = replace(straight(1.0, 1, BAR, METAL), name="second")
+    second = replace(second, points=second.points + X)
+    joints = [
+        Spherical("a", Site("beam", 0), Site(None)),
+        Spherical("b", Site("beam", 1), Site("second", 0)),
+        Spherical("c", Site("second", 1), Site(None, position=2 * X)),
+    ]
+    told = loose(model([straight(1.0, 1, BAR, METAL), second], joints))
+    assert told == [f"body {name!r}: it can turn about x, y and z" for name in ("beam", "second")]
 
 
 def test_a_load_beyond_the_strength_of_the_steps_names_the_place():
@@ -132,10 +196,85 @@ def test_a_load_beyond_the_strength_of_the_steps_names_the_place():
     assert "beam node " in found.why
 
 
+def test_a_load_that_is_no_number_ends_where_it_was_one():
+    made = cantilever(tip_force(1.0))
+    push = Force("p", Site("beam", 8), Y, lambda s: s if s <= 0.5 else np.nan)
+    made = cantilever(push)
+    found = equilibrium(made.system, made.coef, made.coef, 10)
+    assert "beam node" in found.why
+    assert 0.49 < found.fraction <= 0.5
+    assert np.all(np.isfinite(found.q))
+
+
+# ----------------------------------------------------------------------------- predicted stress
+
+
+@pytest.mark.parametrize("height", [1e-2, 1e-3, 1e-5])
+def test_slender_rods_need_no_more_iterations(height):
+    """Elastica with P L^2/EI = 10 in one load step, up to 100000 times longer than high."""
+    bar = rectangle(height, height)
+    load = Force("p", Site("beam", 16), Y, lambda s: 10e9 * bar.second_moment_2 * s)
+    made = model(straight(1.0, 16, bar, elastic(1e9)), [clamp()], [load])
+    found = solved(made, 1)
+    assert found.iterations <= 14
+    if height < 1e-2:  # no shear, no stretch
+        assert made.position(found.q, "beam", 16)[1] == pytest.approx(0.81060902, abs=1e-4)
+
+
+def test_ordinary_stress_gives_the_same_equilibrium_later(monkeypatch):
+    made = cantilever(tip_force(300.0, PUSH))
+    mixed = solved(made, 4)
+    monkeypatch.setattr(statics, "predicted", lambda system, coef, *rest: coef)
+    plain = solved(made, 4)
+    np.testing.assert_allclose(plain.q, mixed.q, atol=1e-9)
+    assert mixed.iterations < 0.7 * plain.iterations
+
+
+def test_predicted_stress_is_the_linear_one():
+    """At the new place the shifted coefficients leave the stresses D (eps + B dq - free)."""
+    made = cantilever(tip_force(0.0, elements=2), 2)
+    rng, system = np.random.default_rng(1), made.system
+    y = at_rest(system)
+    y[: system.n] += 0.1 * rng.standard_normal(system.n)
+    step = 0.1 * rng.standard_normal(y.size)
+    shifted = predicted(system, made.coef, y, step, y + step)
+
+    def strains(y):
+        eps, rate = np.empty((2, 2, 18))
+        term = system.elements[0]
+        evaluate(y, y, term.ints, term.floats, eps, rate)
+        return eps
+
+    h = 1e-6
+    slope = (strains(y + h * step) - strains(y - h * step)) / (2 * h)
+    wanted = strains(y) + slope - made.coef[0][:, 18:36]
+    np.testing.assert_allclose(strains(y + step) - shifted[0][:, 18:36], wanted, atol=1e-8)
+    assert all(a is b for a, b in zip(shifted[1:], made.coef[1:], strict=True))
+
+
+def test_the_line_search_leads_to_the_same_equilibrium():
+    made = cantilever(tip_force(100.0, PUSH))
+    bounds = statics.Allowed(1e-10, 60, np.inf, careful=True)
+    found = statics.newton(made.system, at_rest(made.system), 1.0, made.coef, bounds)
+    assert found.why == ""
+    np.testing.assert_allclose(found.y[: made.system.n], solved(made).q, atol=1e-9)
+
+
+def test_the_line_search_shortens_a_step_that_leads_away():
+    """The level falls for the part that it leaves, and for the whole step it does not."""
+    made, _ = rolled_up(20)
+    system, y = made.system, at_rest(made.system)
+    data = system.matrix(y, 0 * y, 1.0, made.coef, statics.STIFFNESS)
+    solve = system.factorise(data)
+    step = solve(-system.residual(y, 0 * y, 1.0, made.coef))
+    part = statics._part(system, y, 1.0, (made.coef, made.coef), step, solve)
+    assert statics.SHORTEST <= part < 0.5
+
+
 # -------------------------------------------------------------------------------------- modes
 
 
-def at_rest(made, count):
+def vibrations(made, count):
     system = made.system
     return modes(system, system.layout.q0, np.zeros(system.m), made.coef, count)
 
@@ -148,14 +287,14 @@ def test_a_ball_on_a_spring():
         Guide("line", Site("ball"), np.array([Y, Z])),
     ]
     made = model([rope, Particle("ball", X, 1.0)], joints)
-    lowest = at_rest(made, made.system.n - made.system.m).frequencies
+    lowest = vibrations(made, made.system.n - made.system.m).frequencies
     spring = np.sqrt(1e4 * 1e-2) / (2.0 * np.pi)
     assert np.abs(lowest / spring - 1.0).min() < 1e-5
 
 
 def test_a_free_bar_has_six_motions_without_frequency():
     made = model(straight(1.0, 8, BAR, METAL))
-    f = at_rest(made, 7).frequencies
+    f = vibrations(made, 7).frequencies
     first = 4.73004074**2 * np.sqrt(E * BAR.second_moment_2 / (RHO * BAR.area)) / (2 * np.pi)
     assert np.abs(f[:6]).max() < 1e-3 * first
     assert f[6] == pytest.approx(first, rel=2e-3)
@@ -163,12 +302,9 @@ def test_a_free_bar_has_six_motions_without_frequency():
 
 def test_modes_obey_the_constraints_and_are_orthonormal_in_the_mass():
     made = cantilever(tip_force(0.0))
-    found, system = at_rest(made, 6), made.system
-    for shape in found.shapes.T:
-        moved = [
-            system.constraints.values(system.layout.q0 + s * 1e-4 * shape, 0.0) for s in (-1, 1)
-        ]
-        assert np.abs(moved[1] - moved[0]).max() < 1e-12
+    found, system = vibrations(made, 6), made.system
+    moved = system.jacobian(at_rest(system), 0.0, made.coef) @ found.shapes
+    assert np.abs(moved).max() < 1e-12 * np.abs(found.shapes).max()
     gram = found.shapes.T @ (system.mass @ found.shapes)
     np.testing.assert_allclose(gram, np.eye(6), atol=1e-8)
     assert np.all(np.diff(found.frequencies) >= 0.0)
