@@ -72,7 +72,7 @@ def _damped(scene: Scene) -> bool:
 
 
 def _driven(system) -> str:
-    count = int(system.constraints.driven.sum())
+    count = len(system.driven)
     return f", {count} driven" if count else ""
 
 

@@ -58,12 +58,12 @@ class MechanicalSolver(Protocol):
         h: float,
         T0: Array,
         T1: Array,
-        observe: Callable[[Any, Array], None] | None = None,
+        observe: Callable[[Any], None] | None = None,
     ) -> tuple[Any, Array, str]:
         """State after ``h``, heat (m,) [J] that friction released at each point, reason.
 
         Substeps are the solver's own; section temperatures vary linearly from ``T0`` to ``T1``.
-        ``observe`` is called with the state and the responses of the clearance joints, one row
-        each, after each accepted substep.
+        ``observe`` is called now and then with what was kept of the accepted substeps: times,
+        responses of the clearance joints, and more (``mechanics.march.Rows``).
         """
         ...

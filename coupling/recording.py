@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from coupling.manager import Coupled
 from coupling.model import Model
 from coupling.results import Recorder
+from mechanics.march import Rows
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ class Recording:
         self.model = model
         self.recorder = recorder
         self.folder: Path = recorder.path.parent
-        self.substeps: list[tuple[float, Array, Array, Array]] = []
+        self.substeps: list[Rows] = []
         self._joints = model.joint_names()
         self._driven = model.driven_rows()
 
@@ -45,12 +46,9 @@ class Recording:
         self.recorder.begin()
         self.substeps.clear()
 
-    def observe(self, motion: Any, response: Array) -> None:
-        """A mechanical substep was accepted."""
-        m = motion.motion
-        # A driven row is the sine of the angle left to go, so its multiplier is the torque.
-        torque = np.where(self._driven >= 0, -np.append(m.lam, 0.0)[self._driven], 0.0)
-        self.substeps.append((m.t, response, m.approach, torque))
+    def observe(self, rows: Rows) -> None:
+        """Mechanical substeps were accepted."""
+        self.substeps.append(rows)
 
     def failed(self) -> None:
         """The attempt failed; nothing of it stays."""
@@ -81,7 +79,8 @@ class Recording:
 
     def _window(self, before: Coupled, window: Any, wall: float) -> None:
         steps, refused, corrections = window.state.motion.counts - before.motion.counts
-        sizes = np.diff([before.motion.motion.t, *(row[0] for row in self.substeps)])
+        times = np.concatenate([[before.motion.motion.t], *(rows.t for rows in self.substeps)])
+        sizes = np.diff(times)
         self.recorder.append("windows", {
             "time": window.t, "window": window.h,
             "step_min": sizes.min(), "step_max": sizes.max(),
@@ -104,7 +103,11 @@ class Recording:
     def _substeps(self, before: Coupled, state: Coupled) -> None:
         if not self._joints or not self.substeps:
             return
-        times, responses, approaches, torques = map(np.array, zip(*self.substeps, strict=True))
+        parts = zip(*(rows[:4] for rows in self.substeps), strict=True)
+        times, responses, approaches, drive = map(np.concatenate, parts)
+        # A driven row is the sine of the angle left to go, so its multiplier is the torque.
+        column = np.column_stack([-drive, np.zeros(len(times))])
+        torques = column[:, self._driven]
         temperatures = self.model.joint_temperatures(before, state, times)
         for j, name in enumerate(self._joints):
             rows = self.model.joint_rows(
