@@ -1,24 +1,24 @@
 """Flexible multibody dynamics behind the contract of a mechanical solver."""
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanics.check import check
 from mechanics.description import Description
-from mechanics.dynamics import Control, State, Window, advance, initial_state
+from mechanics.dynamics import Control, Observe, State, Window, advance, initial_state
+from mechanics.redundancy import repetitions
 from mechanics.system import Coefficients, System
 
 Array = NDArray[np.float64]
 
 START = 1e-9
-"""Sine of the angle at t = 0 above which a drive jumps [-]."""
+"""Violation of a constraint at t = 0 above which a drive jumps [m] or [-]."""
 
 
 class Mechanics:
-    """ANCF bodies, joints and clearances, advanced by HHT-alpha.
+    """Flexible and rigid bodies, joints, springs and clearances, advanced in time.
 
-    ValueError with one line for each joint that cannot be.
+    ValueError with one line for each thing that cannot be.
 
     Attributes
     ----------
@@ -27,11 +27,14 @@ class Mechanics:
     regions : mapping  body name, ``<joint>.journal``, ``<joint>.bearing`` to rows of ``x``
     """
 
-    def __init__(self, description: Description, control: Control):
-        self.system = System(description)
-        refused = _refused(self.system)
-        if refused:
-            raise ValueError("\n".join(refused))
+    def __init__(self, description: Description, control: Control, solver: str = "auto"):
+        problems = check(description)
+        if problems:
+            raise ValueError("\n".join(problems))
+        self.system = System(description, solver)
+        problems = _refused(self.system, [joint.name for joint in description.joints])
+        if problems:
+            raise ValueError("\n".join(problems))
         self.control = control
         self.x = self.system.layout.x
         self.axes = self.system.layout.axes
@@ -50,7 +53,7 @@ class Mechanics:
         h: float,
         T0: Array,
         T1: Array,
-        observe: Callable[[State, Array], None] | None = None,
+        observe: Observe | None = None,
     ) -> tuple[State, Array, str]:
         """State after ``h``, frictional heat (m,) [J] at each point, "" or the reason.
 
@@ -75,11 +78,17 @@ class Mechanics:
         return self.system.coefficients(T)
 
 
-def _refused(system: System) -> list[str]:
+def _refused(system: System, order: list[str]) -> list[str]:
     """What is wrong with joints, one sentence for each."""
-    text = "it holds something that joints before it hold already"
-    found = [f"joint {name!r}: {text}" for name in system.repeated_joints()]
-    start = system.constraints.values(system.layout.q0, 0.0)
-    names = np.array(system.constraints.names, dtype=object)[np.abs(start) > START]
-    text = "its angle must be zero at t = 0: angles count from the reference"
-    return found + [f"joint {name!r}: {text}" for name in dict.fromkeys(names)]
+    found = repetitions(system.terms, system.layout.q0, system.scale, order)
+    return [str(repetition) for repetition in found] + _jumps(system)
+
+
+def _jumps(system: System) -> list[str]:
+    """Joints that do not fit the reference at t = 0."""
+    y = system.unknowns(system.layout.q0)
+    coef = system.coefficients(np.tile([293.15, 0.0, 0.0], (len(system.layout.x), 1)))
+    off = np.flatnonzero(np.abs(system.constraints(y, 0.0, coef)) > START)
+    names = dict.fromkeys(system.row_names[row] for row in off)
+    text = "what drives it must be zero at t = 0: it counts from the reference"
+    return [f"joint {name!r}: {text}" for name in names]
