@@ -17,10 +17,12 @@ from mechanics.directions import origin
 from mechanics.layout import Layout, Side
 from mechanics.relative import (
     DIRECTION,
+    DISTANCE,
     OFFSET,
     PRODUCT,
     SHIFTED,
     SINE,
+    STRETCHED,
     TURNED,
     WEIGHTS,
     WIDTH,
@@ -316,6 +318,7 @@ def _dofs(row: Row, multiplier: int, width: int) -> list[int]:
 def _ints(row: Row, multiplier: int, width: int) -> list[int]:
     kinds = [product.kind for product in row.products]
     mode = SHIFTED if row.sine is None else TURNED
+    mode = STRETCHED if kinds[0] == DISTANCE else mode
     counts = row.a.vectors.size, row.b.vectors.size
     line = [multiplier, row.own, mode, len(kinds), *counts, *kinds, *[0] * (2 - len(kinds))]
     for side in (row.a, row.b):

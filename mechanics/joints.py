@@ -141,10 +141,9 @@ def _distance(joint: Distance, layout: Layout) -> Rows:
     d = float(np.linalg.norm(a.position - b.position))
     if d == 0.0:
         raise ValueError("its two points coincide")
-    w, length = np.zeros(7), joint.length
+    w = np.zeros(7)
     w[3] = d
-    drive = None if length is None else lambda t: length(t) + length(t) ** 2 / (2.0 * d)
-    return [Row(a, b, (Product(DISTANCE, NOTHING, w),), drive)]
+    return [Row(a, b, (Product(DISTANCE, NOTHING, w),), joint.length)]
 
 
 def _guide(joint: Guide, layout: Layout) -> Rows:

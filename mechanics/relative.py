@@ -15,6 +15,7 @@ or, for DISTANCE, z = |r_A − r_B + origin|²/(2 d).
 
 A row is Φ = Σ weight z − constant, one of
     SHIFTED    Φ less x,
+    STRETCHED  Φ less x + x²/(2 d): a DISTANCE becomes d + x,
     TURNED     w of its first product turned by the angle x: cos(x) w − sin(x) sine,
 with x = coef[0] + own: what drives the row, and a coordinate of its own if it has one.
 """
@@ -25,11 +26,11 @@ from numba import njit
 from mechanics.kernels import FORCE, TANGENT, kernel
 
 OFFSET, DIRECTION, DISTANCE = 0, 1, 2
-SHIFTED, TURNED = 0, 1
+SHIFTED, TURNED, STRETCHED = 0, 1, 2
 
 VECTORS = 8
 """Column of ``ints`` where the K vectors of the first end begin, after: multiplier, own
-coordinate, SHIFTED or TURNED, products, vectors of both ends, kinds of two products."""
+coordinate, SHIFTED, TURNED or STRETCHED, products, vectors of both ends, kinds of two products."""
 SINE, PRODUCT, WIDTH, WEIGHTS = 4, 11, 15, 41
 """Columns of ``floats``: constant, origin (3), sine (7), two products of weight, u (7) and w (7),
 then weights of the K vectors of both ends in r, p, s (3 K each)."""
@@ -278,6 +279,8 @@ def _row(y, c, ints, floats, x, w, gradient, bend, work):
     gradient[:] = 0.0
     bend[:] = 0.0
     value = -floats[0] if ints[2] == TURNED else -floats[0] - own
+    if ints[2] == STRETCHED:
+        value -= 0.5 * own * own / floats[PRODUCT + 8 + 3]
     for k in range(ints[3]):
         at = PRODUCT + WIDTH * k
         for i in range(7):
