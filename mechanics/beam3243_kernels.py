@@ -448,37 +448,32 @@ def _alike(arms, S, P):
 
 
 @njit(cache=True, error_model="numpy")
-def _turning(arms, S, G, R, K):
-    """The others: with the gradient g of u.n and the vector m that has n at d, they are
-    -(g m^T + m g^T - u.n/|d| m m^T)/|d|. What stands behind g goes to R, the rest to K."""
-    Q = np.empty(LONG)
-    for g in range(4):
-        for k in range(2):
-            arm, row = arms[2 * g + k], POINT_ROW[g, k]
-            un = arm[0] * arm[3] + arm[1] * arm[4] + arm[2] * arm[5]
-            a = -S[row] * arm[9]
-            for j in range(LONG):
-                Q[j] = a * G[row, j]
-            for o in range(2):
-                for i in range(3):
-                    j, m = 9 * o + 6 + 3 * k + i, a * ENDS[g, o] * arm[3 + i]
-                    R[row, j] += m
-                    Q[j] -= un * arm[9] * m
-            for o in range(2):
-                if ENDS[g, o] != 0.0:
-                    for i in range(3):
-                        m = ENDS[g, o] * arm[3 + i]
-                        for j in range(LONG):
-                            K[9 * o + 6 + 3 * k + i, j] += m * Q[j]
-
-
-@njit(cache=True, error_model="numpy")
 def _add_four(A, a, i, B, b, C, c, count):
     """C[c + k] += sum over four rows r of A[a + r, i + k] B[b + r], for k < ``count``."""
     for k in range(count):
         p, q, r, s = A[a, i + k], A[a + 1, i + k], A[a + 2, i + k], A[a + 3, i + k]
         for j in range(B.shape[1]):
             C[c + k, j] += (p * B[b, j] + q * B[b + 1, j]) + (r * B[b + 2, j] + s * B[b + 3, j])
+
+
+@njit(cache=True, error_model="numpy")
+def _turning(arms, S, G, R, K, A, Q):
+    """The others: with the gradient g of u.n and the vector m that has n at d, they are
+    -(g m^T + m g^T - u.n/|d| m m^T)/|d|. What stands behind g goes to R, the rest, A^T Q, to K."""
+    for k in range(2):
+        for g in range(4):
+            arm, row = arms[2 * g + k], POINT_ROW[g, k]
+            un = arm[0] * arm[3] + arm[1] * arm[4] + arm[2] * arm[5]
+            a = -S[row] * arm[9]
+            for j in range(LONG):
+                Q[g, j] = a * G[row, j]
+            for i in range(6):
+                A[g, i] = ENDS[g, i // 3] * arm[3 + i % 3]
+                j = 9 * (i // 3) + 6 + 3 * k + i % 3
+                R[row, j] += a * A[g, i]
+                Q[g, j] -= a * un * arm[9] * A[g, i]
+        _add_four(A, 0, 0, Q, 0, K, 6 + 3 * k, 3)
+        _add_four(A, 0, 3, Q, 0, K, 15 + 3 * k, 3)
 
 
 @njit(cache=True, error_model="numpy")
@@ -527,7 +522,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     G, Gv, R = np.empty((LONG, LONG)), np.zeros((LONG, LONG)), np.empty((LONG, LONG))
     J, Jv, W = np.empty((LONG, INNER)), np.zeros((LONG, INNER)), np.empty((LONG, INNER))
     H, P, D, Dv = np.empty((INNER, INNER)), np.empty((7, 7)), np.empty(STRAINS), np.empty(STRAINS)
-    arms, arms_v = np.empty((8, 10)), np.empty((8, 10))
+    arms, arms_v, A, Q = np.empty((8, 10)), np.empty((8, 10)), np.empty((4, 6)), np.empty((4, LONG))
     eps, rate, S = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS)
     for e in range(len(floats)):
         L, tau = floats[e, 0], floats[e, 1]
@@ -549,7 +544,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
             for b in range(7):
                 for i in range(3):
                     K[3 * a + i, 3 * b + i] = P[a, b]
-        _turning(arms, S, G, R, K)
+        _turning(arms, S, G, R, K, A, Q)
         for r in range(BENDING, SECTION):
             for j in range(INNER):
                 W[r, j] += D[r] * J[r, j]
