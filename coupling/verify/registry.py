@@ -7,7 +7,17 @@ from math import inf, isfinite
 
 import numpy as np
 
-AREAS = ("beams", "elements", "dynamics", "multibody", "flexible", "contact", "heat", "thermoelastic", "shells")
+AREAS = (
+    "beams",
+    "elements",
+    "dynamics",
+    "multibody",
+    "flexible",
+    "contact",
+    "heat",
+    "thermoelastic",
+    "shells",
+)
 
 
 @dataclass(frozen=True)
