@@ -21,7 +21,7 @@ Indices = NDArray[np.intp]
 
 REPEATED = 1e-8
 """A constraint of which no more than this part is new repeats others [-]."""
-_SUSPECT, _STEP = 1e-6, 1e-7
+_SUSPECT, _STEP, _NAMED = 1e-6, 1e-7, 5
 _TIMES = np.concatenate([[0.0], np.logspace(-3.0, 6.0, 19)])
 """Times [s] at which what drives repeated rows is compared."""
 
@@ -40,7 +40,8 @@ class Repetition(NamedTuple):
     contradicts: bool
 
     def __str__(self) -> str:
-        others = ", ".join(repr(name) for name in self.before)
+        others = ", ".join(repr(name) for name in self.before[:_NAMED])
+        others += f" and {len(self.before) - _NAMED} more" * (len(self.before) > _NAMED)
         if not self.before:
             return f"joint {self.joint!r}: {self.repeated} of {self.total} constraints hold nothing"
         if self.contradicts:
@@ -177,7 +178,7 @@ def _examine(dense: Array, members: Indices, rows: _Rows, order: Sequence[str]) 
         fresh = dense[own]
         for _ in range(2):  # twice is enough
             fresh = fresh - (fresh @ basis.T) @ basis
-        left, size, right = np.linalg.svd(fresh)
+        left, size, right = np.linalg.svd(fresh, full_matrices=len(fresh) > fresh.shape[1])
         count = int(np.sum(size > REPEATED))
         basis = np.concatenate([basis, right[:count]])
         if count < own.size:
