@@ -15,6 +15,7 @@ block.
 """
 
 import heapq
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -48,21 +49,20 @@ class Blocks(NamedTuple):
 # -- once: order and places ------------------------------------------------------------------------
 
 
-def ranks(indptr: Indices, indices: Indices, values: Array) -> Indices:
-    """Rank of each unknown: 0 with a diagonal entry, otherwise one more than its neighbours'.
+def ranks(indptr: Indices, indices: Indices, massive: NDArray[np.bool_]) -> Indices:
+    """Rank of each unknown: 0 with a mass, otherwise one more than the least of its neighbours'.
 
-    A multiplier has rank 1, a massless coordinate that only a constraint holds rank 2.
+    Most multipliers have rank 1, a massless coordinate that they hold has rank 2, a constraint
+    between such coordinates rank 3.
     """
     n = len(indptr) - 1
     column = np.repeat(np.arange(n), np.diff(indptr))
-    there = values != 0.0
-    row, column = np.asarray(indices)[there], column[there]
-    rank = np.full(n, n)
-    rank[row[row == column]] = 0
-    for step in range(1, n + 1):
-        reached = np.concatenate([row[rank[column] == step - 1], column[rank[row] == step - 1]])
-        fresh = reached[rank[reached] == n]
-        if not fresh.size:
+    rank = np.where(massive, 0, n)
+    for step in range(1, n):
+        fresh = np.zeros(n, bool)
+        fresh[column[rank[indices] == step - 1]] = True
+        fresh &= rank == n
+        if not fresh.any():
             break
         rank[fresh] = step
     return rank
@@ -325,7 +325,6 @@ def _eliminate(front, n, w, f, inverse, peak):
     return False
 
 
-@kernel(FACTOR)
 def factor_symmetric(ints, data, work):
     """LDL^T of a symmetric matrix, of which the upper triangle is read."""
     _load(ints, data, work)
@@ -395,7 +394,6 @@ def _columns(lower, front, n, w, f, inverse):
             row[k] *= inverse[i]
 
 
-@kernel(FACTOR)
 def factor_general(ints, data, work):
     """LU of a matrix, pivoting inside blocks only."""
     _load(ints, data, work)
@@ -489,7 +487,6 @@ def _after(ints, at):
     return at
 
 
-@kernel(SOLVE)
 def solve_symmetric(ints, work, b):
     """Solution with the factors of ``factor_symmetric``."""
     size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
@@ -514,7 +511,6 @@ def solve_symmetric(ints, work, b):
         b[ints[HEAD + i]] = x[i]
 
 
-@kernel(SOLVE)
 def solve_general(ints, work, b):
     """Solution with the factors of ``factor_general``."""
     size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
@@ -540,3 +536,11 @@ def solve_general(ints, work, b):
     _backward(ints, work, x, values)
     for i in range(size):
         b[ints[HEAD + i]] = x[i]
+
+
+@cache
+def kernels(symmetric: bool) -> tuple[int, int]:
+    """Addresses of factor and solve, compiled when they are first asked for."""
+    if symmetric:
+        return kernel(FACTOR)(factor_symmetric), kernel(SOLVE)(solve_symmetric)
+    return kernel(FACTOR)(factor_general), kernel(SOLVE)(solve_general)

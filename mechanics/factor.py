@@ -7,6 +7,7 @@ its equations, the same matrix goes to SuperLU, which pivots freely.
 
 import ctypes
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,7 @@ class Solver(NamedTuple):
     ints : (k,) int64, work_size : what ``factor(ints, data, work)`` and ``solve(ints, work, b)``
         need
     factor, solve : addresses of kernels (``kernels.FACTOR``, ``SOLVE``)
+    library : makes a library of its own for each factorisation from Python, where one is needed
     factor_outside, solve_outside : addresses of a library (``kernels.OUTSIDE``); 0: compiled
     """
 
@@ -40,15 +42,20 @@ class Solver(NamedTuple):
     work_size: int
     factor: int
     solve: int
+    library: Callable[[], libraries.Library] | None = None
     factor_outside: int = 0
     solve_outside: int = 0
 
     def factorise(self, data: Array) -> Solve | None:
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
-        work = np.empty(self.work_size)
         data = np.ascontiguousarray(data, float)
-        if not np.isfinite(data).all() or _factor(self.factor, self.ints, data, work) != 0:
+        if not np.isfinite(data).all():
             return None
+        work = np.zeros(self.work_size)
+        if _factor(self.factor, self.ints, data, work) != 0:
+            return None
+        if self.library is not None and work[0] != 0.0:
+            return _by_library(self.library(), data)
 
         def solve(b: Array) -> Array:
             x = np.array(b, float)
@@ -58,12 +65,24 @@ class Solver(NamedTuple):
         return solve
 
 
+def _by_library(library: libraries.Library, data: Array) -> Solve | None:
+    if library.factor(data) != 0:
+        return None
+
+    def solve(b: Array) -> Array:
+        x = np.array(b, float)
+        library.solve(x)
+        return x
+
+    return solve
+
+
 def choose(
     pattern: Pattern,
     node_of: Indices,
     symmetric: bool,
     prefer: str | None = None,
-    rank: Indices | None = None,
+    massive: NDArray[np.bool_] | None = None,
 ) -> Solver:
     """The solver for a pattern.
 
@@ -72,32 +91,26 @@ def choose(
     node_of : (n + m,) int  block of each unknown: its node, or its joint
     symmetric : whether matrices are symmetric
     prefer : "dense", "blocks", or a library of ``libraries.MAKERS``; None or "auto": by size
-    rank : (n + m,) int  0 for coordinates with a mass, 1 for multipliers, 2 for massless
-        coordinates that only constraints hold; by default guessed from the pattern
+    massive : (n + m,) bool  coordinates with a mass; by default guessed: no multipliers, which
+        come last and do not know one another, and no coordinate that is alone in its block
     """
     if prefer in (None, "auto"):
         prefer = "dense" if pattern.size <= DENSE else "blocks"
     if prefer == "dense":
         return _dense(pattern)
     if prefer == "blocks":
-        rank = _guessed(pattern, node_of) if rank is None else np.asarray(rank, np.int64)
-        return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, rank)
-    library = libraries.find(str(prefer), pattern, symmetric)
-    if library is None:
-        raise ValueError(f"the linear solver {prefer!r} is not installed")
-    return _outside(library, pattern)
+        massive = _guessed(pattern, node_of) if massive is None else massive
+        return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, massive)
+    return _outside(partial(libraries.find, str(prefer), pattern, symmetric), pattern)
 
 
-def _guessed(pattern: Pattern, node_of: Indices) -> Indices:
-    """Rank 1 for the last unknowns, as far as their blocks do not know one another."""
+def _guessed(pattern: Pattern, node_of: Indices) -> NDArray[np.bool_]:
     column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
     row = pattern.indices
     apart = node_of[row] != node_of[column]
-    met = np.minimum(row, column)[apart]
-    start = int(met.max()) + 1 if met.size else pattern.size
-    rank = np.zeros(pattern.size, np.int64)
-    rank[start:] = 1
-    return rank
+    start = int(np.minimum(row, column)[apart].max(initial=-1)) + 1
+    alone = np.bincount(node_of)[node_of] == 1
+    return (np.arange(pattern.size) < start) & ~alone
 
 
 # -- dense -----------------------------------------------------------------------------------------
@@ -107,10 +120,10 @@ def _dense(pattern: Pattern) -> Solver:
     n = pattern.size
     column = np.repeat(np.arange(n), np.diff(pattern.indptr))
     ints = np.concatenate([[n], pattern.indices.astype(np.int64) * n + column])
-    return Solver("dense", ints, n * n + 2 * n, factor_dense, solve_dense)
+    factor, solve = kernel(FACTOR)(factor_dense), kernel(SOLVE)(solve_dense)
+    return Solver("dense", ints, n * n + n, factor, solve)
 
 
-@kernel(FACTOR)
 def factor_dense(ints, data, work):
     """LU by rows with partial pivoting; the choices of pivots stand behind the factors."""
     n = ints[0]
@@ -140,7 +153,6 @@ def factor_dense(ints, data, work):
     return 0
 
 
-@kernel(SOLVE)
 def solve_dense(ints, work, b):
     """Solution with the factors of ``factor_dense``."""
     n = ints[0]
@@ -161,37 +173,49 @@ def solve_dense(ints, work, b):
 
 # -- blocks, and libraries behind them -------------------------------------------------------------
 
-UNKNOWNS, ENTRIES, STARTS = 4, 5, 6
+UNKNOWNS, ENTRIES, SYMMETRIC, STARTS = 4, 5, 6, 7
 """A guarded solver begins with the addresses of its own factor and solve and of those of a
 library; then come sizes and arrays of the pattern, and the data of its own."""
 EXACT = 1e-9
 """Largest error of an equation, relative to its terms, that a factorisation may leave [-]."""
 
 
-def _blocks(pattern: Pattern, node_of: Indices, symmetric: bool, rank: Indices) -> Solver:
+def _blocks(
+    pattern: Pattern, node_of: Indices, symmetric: bool, massive: NDArray[np.bool_]
+) -> Solver:
     from mechanics import blocks
 
+    rank = blocks.ranks(pattern.indptr, pattern.indices, massive)
     parts = blocks.arrange(pattern.indptr, pattern.indices, node_of, rank)
     inner, size = blocks.lay_out(pattern.indptr, pattern.indices, parts, symmetric)
-    kinds = (blocks.factor_general, blocks.solve_general)
-    if symmetric:
-        kinds = (blocks.factor_symmetric, blocks.solve_symmetric)
-    library = libraries.find("superlu", pattern, symmetric)
-    assert library is not None  # it comes with scipy
-    head = [*kinds, *_addresses(library, pattern), pattern.size, len(pattern.indices)]
+    make = partial(libraries.find, "superlu", pattern, symmetric)
+    addresses = *blocks.kernels(symmetric), *_addresses(make(), pattern)
+    head = [*addresses, pattern.size, len(pattern.indices), int(symmetric)]
     ints = np.concatenate([head, pattern.indptr, pattern.indices, inner]).astype(np.int64)
-    return Solver("blocks", ints, 1 + pattern.size + size, factor_guarded, solve_guarded)
+    factor, solve = kernel(FACTOR)(factor_guarded), kernel(SOLVE)(solve_guarded)
+    return Solver("blocks", ints, 1 + pattern.size + size, factor, solve, make)
 
 
 @njit(cache=True, error_model="numpy")
-def _error(indptr, indices, data, x, b):
+def _error(symmetric, indptr, indices, data, x, b):
     """Largest error of an equation relative to the sum of its terms (Oettli & Prager 1964)."""
     left, terms = b.copy(), np.abs(b)
     for j in range(len(x)):
-        for i in range(indptr[j], indptr[j + 1]):
-            part = data[i] * x[j]
-            left[indices[i]] -= part
-            terms[indices[i]] += abs(part)
+        at, end = indptr[j], indptr[j + 1]
+        values, rows = data[at:end], indices[at:end]
+        if symmetric:  # a column is also a row
+            s, t = 0.0, 0.0
+            for i in range(end - at):
+                part = values[i] * x[rows[i]]
+                s += part
+                t += abs(part)
+            left[j] -= s
+            terms[j] += t
+        else:
+            for i in range(end - at):
+                part = values[i] * x[j]
+                left[rows[i]] -= part
+                terms[rows[i]] += abs(part)
     worst = 0.0
     for i in range(len(x)):
         if not abs(left[i]) <= worst * terms[i]:
@@ -201,7 +225,6 @@ def _error(indptr, indices, data, x, b):
     return worst
 
 
-@kernel(FACTOR)
 def factor_guarded(ints, data, work):
     """Own factorisation; if it fails or is inexact, that of a library."""
     n, work[0] = ints[UNKNOWNS], 1.0
@@ -213,13 +236,15 @@ def factor_guarded(ints, data, work):
             x[i] = 1.0 - 2.0 * ((i * i + i // 2) % 2)
         b = x.copy()
         solve_at(ints[1])(own, factors, x)
-        if _error(ints[STARTS:indices], ints[indices:inner], data, x, b) <= EXACT:
+        if (
+            _error(ints[SYMMETRIC] > 0, ints[STARTS:indices], ints[indices:inner], data, x, b)
+            <= EXACT
+        ):
             work[0] = 0.0
             return 0
     return outside_at(ints[2])(np.int64(data.ctypes.data))
 
 
-@kernel(SOLVE)
 def solve_guarded(ints, work, b):
     """Solution with the factors of ``factor_guarded``."""
     n = ints[UNKNOWNS]
@@ -230,19 +255,19 @@ def solve_guarded(ints, work, b):
         outside_at(ints[3])(np.int64(b.ctypes.data))
 
 
-def _outside(library: libraries.Library, pattern: Pattern) -> Solver:
-    factor, solve = _addresses(library, pattern)
-    ints = np.array([factor, solve], np.int64)
-    return Solver(library.name, ints, 1, factor_library, solve_library, factor, solve)
+def _outside(make: Callable[[], libraries.Library], pattern: Pattern) -> Solver:
+    library = make()
+    addresses = _addresses(library, pattern)
+    kernels = kernel(FACTOR)(factor_library), kernel(SOLVE)(solve_library)
+    return Solver(library.name, np.array(addresses), 1, *kernels, make, *addresses)
 
 
-@kernel(FACTOR)
 def factor_library(ints, data, work):
     """Factorisation by a library, which keeps its factors."""
+    work[0] = 1.0
     return outside_at(ints[0])(np.int64(data.ctypes.data))
 
 
-@kernel(SOLVE)
 def solve_library(ints, work, b):
     """Solution with the last factors of a library."""
     outside_at(ints[1])(np.int64(b.ctypes.data))

@@ -32,14 +32,14 @@ class Library(NamedTuple):
     solve: Callable[[Array], None]
 
 
-def find(name: str, pattern: Pattern, symmetric: bool) -> Library | None:
-    """The library of this name, or None where it is not installed."""
+def find(name: str, pattern: Pattern, symmetric: bool) -> Library:
+    """The library of this name."""
     if name not in MAKERS:
         raise ValueError(f"no linear solver {name!r}; there are {', '.join(MAKERS)}")
     try:
         return MAKERS[name](pattern, symmetric)
-    except ImportError:
-        return None
+    except ImportError as error:
+        raise ValueError(f"the linear solver {name!r} is not installed") from error
 
 
 def _keeping(name: str, factorise: Callable[[Array], Callable[[Array], Array] | None]) -> Library:
