@@ -229,7 +229,7 @@ class Model:
     def progress_text(self, window: Any) -> str:
         """What a person wants to know of a window: steps, corrections, contact, balance."""
         motion = window.state.motion
-        accepted, refused, corrections = motion.counts
+        accepted, refused, corrections, _ = motion.counts
         parts = [f"step {self._rung(motion):.2g} s",
                  f"{corrections / max(accepted, 1):.1f} Newton/step",
                  f"{refused} refused"]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from coupling.descriptions import clearance_joints, line_bodies
 from coupling.scene import Scene
+from mechanics.schemes import Scheme
 
 ABSENT = {
     "flux": "fluxes: no [thermal.flux]",
@@ -63,7 +64,7 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
         runs.append(
             ("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else ""))
         )
-    runs.append(("mechanics.hht", _integration(scene)))
+    runs.append((f"mechanics.{scene.integrator.scheme}", _integration(scene)))
     return runs
 
 
@@ -79,7 +80,12 @@ def _driven(system) -> str:
 def _integration(scene: Scene) -> str:
     i = scene.integrator
     largest = i.largest_step or scene.time.window
-    return f"alpha = {i.alpha:g}, steps up to {largest:g} s, local error {i.tolerance:g}"
+    scheme = Scheme(i.scheme) if i.alpha is None else Scheme(i.scheme, i.alpha)
+    own = {"hht": f"alpha = {scheme.alpha:g}, "}.get(i.scheme, "")
+    if i.scheme == "generalised-alpha":
+        radius = scheme.spectral_radius if i.spectral_radius is None else i.spectral_radius
+        own = f"spectral radius {radius:g}, "
+    return f"{own}steps up to {largest:g} s, local error {i.tolerance:g}"
 
 
 def _coupling_runs(scene: Scene) -> list[tuple[str, str]]:

@@ -78,7 +78,7 @@ class Recording:
         return bool(passed)
 
     def _window(self, before: Coupled, window: Any, wall: float) -> None:
-        steps, refused, corrections = window.state.motion.counts - before.motion.counts
+        steps, refused, corrections, _ = window.state.motion.counts - before.motion.counts
         times = np.concatenate([[before.motion.motion.t], *(rows.t for rows in self.substeps)])
         sizes = np.diff(times)
         self.recorder.append("windows", {

@@ -81,7 +81,7 @@ class State(NamedTuple):
     ledger : (len(TERMS),) float [J]  energies and cumulative works
     rung : int  step size = largest_step / 2**rung
     calm : int  accepted steps since the last refusal
-    counts : (3,) int  accepted steps, refused steps, Newton corrections so far
+    counts : (4,) int  accepted, refused steps, Newton corrections, factorisations so far
     latched : (n_l,) float  1 where a latch has caught
     """
 
@@ -144,7 +144,7 @@ def initial_state(
     ledger = np.zeros(march.TERMS)
     ledger[0] = 0.5 * float(v @ (system.mass @ v))
     ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
-    return State(motion, ledger, 0, 0, np.zeros(3, np.int64), latched), ""
+    return State(motion, ledger, 0, 0, np.zeros(4, np.int64), latched), ""
 
 
 def impulse(system: System, q: Array, v: Array, t: float, coef: Coefficients) -> Array | None:
@@ -319,7 +319,7 @@ def _returned(system: System, w: march.Memory) -> march.Carried:
     ledger, lost, clock = march.field(w, march.LEDGER), march.field(w, march.LOST), march.CLOCK
     return march.Carried(
         y, v, a, force, before.reshape(2, -1), approach, ledger, lost.reshape(-1, 2),
-        march.field(w, clock), w.whole[:5].copy(),
+        march.field(w, clock), w.whole[:6].copy(),
     )  # fmt: skip
 
 

@@ -154,7 +154,7 @@ class Carried(NamedTuple):
     before : (2, n + m) float  coordinates and velocities one step before (BDF2), or (2, 0)
     approach : (n_j,) float [m/s];  ledger : (11,) float [J];  lost : (n_j, 2) float [J]
     clock : (2,) float [s]  time, last step size (0: none yet)
-    whole : (5,) int  rung, calm, accepted, refused, corrections
+    whole : (6,) int  rung, calm, accepted, refused, corrections, factorisations
     """
 
     y: Array
@@ -526,6 +526,7 @@ def _jacobian(p, w, h):
     for i in range(data.size - 1):
         total += data[i]
     jacobian[:] = 0.0
+    w.whole[5] += 1
     if not np.isfinite(total) or _factorise(p, w) != 0:
         return False
     jacobian[0] = h
@@ -729,21 +730,21 @@ def attempt(p, w, h):
     step[0] = span[1] if last else now + h
     _coefficients(p, w, step[0])
     _let_act(p, w)
-    why, spent, w.whole[5] = _step(p, w, h)
+    why, spent, w.whole[6] = _step(p, w, h)
     w.whole[4] += spent
     if why != DONE:
         return why
     error, at_ = _error(p, w, h)
     step[3] = error
     if not error <= 1.0:
-        w.whole[5] = at_
+        w.whole[6] = at_
         return INACCURATE
     if _real(w, SETTINGS)[FORM] == PROJECTED:
         _project(p, w)
     limited, limits, y = _whole(p, P_LIMITED), _real(p, P_LIMITS), _real(w, Y1_)
     for i in range(limited.size):
         if not limits[2 * i] <= y[limited[i]] <= limits[2 * i + 1]:
-            w.whole[5] = i
+            w.whole[6] = i
             return BEYOND
     return DONE
 
@@ -1112,7 +1113,7 @@ def _substep(p, w, old):
     while True:
         h = _size(w, target)
         why = attempt_at(addresses[3])(p, w, h)
-        worst = w.whole[5]
+        worst = w.whole[6]
         if why == DONE:
             landing, caught = locate_at(addresses[4])(p, w, h, old), _catching(p, w)
             if 0.0 < caught < 1.0 - 1e-6 and (landing < 0.0 or caught < landing):
