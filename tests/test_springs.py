@@ -11,6 +11,7 @@ from mechanics import kernels, springs
 from mechanics.description import (
     Beam,
     Bushing,
+    Description,
     Particle,
     Pulley,
     Revolute,
@@ -19,7 +20,11 @@ from mechanics.description import (
     Spring,
     TorsionSpring,
 )
+from mechanics.dynamics import Control, Window, advance, initial_state
 from mechanics.layout import Layout
+from mechanics.ledger import TERMS
+from mechanics.schemes import Scheme
+from mechanics.system import System
 from meshes.materials import constant_material
 from meshes.sections import circle
 
@@ -254,3 +259,62 @@ def test_torsion_spring_needs_a_joint_that_turns():
     layout = SimpleNamespace(joint_dofs={})
     with pytest.raises(ValueError, match=r"'t'.*'nowhere'"):
         springs.build([TorsionSpring("t", "nowhere", 1.0)], layout, 0)
+
+
+def run(description, end, h):
+    """Last state, and the terms of the ledger over the largest of them."""
+    system = System(description)
+    coef = system.coefficients(np.tile([293.15, 0.0, 0.0], (len(system.layout.x), 1)))
+    control = Control(np.inf, h, h, Scheme(newton_tolerance=1e-13))
+    state, why = initial_state(system, control, coef)
+    assert why == ""
+    state, _, why = advance(system, control, state, Window(0.0, end, coef, coef))
+    assert why == ""
+    return system, state, state.ledger[-1] / np.abs(state.ledger).max()
+
+
+def test_mass_on_spring_and_damper_swings_as_in_the_textbook():
+    ball = Particle("ball", np.array([1.0, 0.0, 0.0]), 2.0, np.array([0.5, 0.0, 0.0]))
+    spring = Spring("s", Site("ball"), Site(None), 50.0, 1.0, force=lambda t: -3.0)
+    _, state, defect = run(Description([ball], [spring]), 3.0, 1e-3)
+    decay, w = 0.25, np.sqrt(25.0 - 0.25**2)
+    # x'' = -25 (x - 1.06) - .5 x': the actuator pushes
+    c, s = np.cos(3.0 * w), np.sin(3.0 * w)
+    swing = np.exp(-3.0 * decay) * (-0.06 * c + (0.5 - 0.06 * decay) / w * s)
+    assert state.motion.q[0] == pytest.approx(1.06 + swing, abs=1e-5)
+    assert abs(defect) < 1e-6
+    assert state.ledger[TERMS.index("work_loads")] == pytest.approx(
+        3.0 * (state.motion.q[0] - 1.0), rel=1e-5
+    )
+
+
+def test_ledger_closes_with_ropes_bushings_coils_and_motors():
+    hub = RigidBody("hub", np.zeros(3), 2.0, np.diag([1.0, 2.0, 2.5]), TURN)
+    lid = RigidBody("lid", np.zeros(3), 1.0, np.eye(3), spin=np.array([0.3, 0.5, 0.0]))
+    ball = Particle("ball", np.array([1.0, 1.0, 1.0]), 1.0)
+    joints = [
+        Revolute("hinge", Site("hub"), Site(None), np.array([0.0, 0.0, 1.0])),
+        Bushing("soft", Site("lid"), Site("hub"), TURN, 30.0 * STIFFNESS, STIFFNESS),
+        TorsionSpring("coil", "hinge", 5.0, 0.3, torque=lambda t: 4.0 * np.sin(3.0 * t)),
+        Pulley("rope", [Site("ball"), Site("lid", offset=np.array([0.3, 0.0, 0.0])), GROUND],
+               400.0, 8.0, length=2.0),
+    ]  # fmt: skip
+    bodies, gravity = [hub, lid, ball], np.array([0.0, 0.0, -9.81])
+    found = [run(Description(bodies, joints, gravity=gravity), 1.0, h) for h in (2e-3, 1e-3, 5e-4)]
+    ledger, defect = found[-1][1].ledger, found[-1][2]
+    assert abs(defect) < 1e-6
+    assert ledger[TERMS.index("damping")] > 0.1
+    assert ledger[TERMS.index("work_loads")] > 0.1
+    coarse, middle, fine = (state.motion.q for _, state, _ in found)
+    order = np.log2(np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine))
+    assert order == pytest.approx(2.0, abs=0.2)
+
+
+def test_winch_lifts_a_load():
+    """Slow enough for the rope to hang still: height by closed form."""
+    ball = Particle("ball", np.array([0.0, 0.0, -2.0]), 1.0)
+    rope = Pulley("r", [Site("ball"), Site(None)], 2000.0, 200.0, winch=lambda t: -0.1 * t)
+    gravity = np.array([0.0, 0.0, -9.81])
+    _, state, _ = run(Description([ball], [rope], gravity=gravity), 4.0, 2e-3)
+    free = 2.0 - 0.4
+    assert state.motion.q[2] == pytest.approx(-free * (1.0 + 9.81 / 2000.0), rel=1e-4)
