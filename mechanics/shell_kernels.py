@@ -7,8 +7,8 @@ of quadrature, assumed and enhanced strains is one symmetric matrix H of
 
     z = (g - g_ref, -f),    energy = z.H z/2,    stress conjugate to z: H (z + tau dz/dt)
 
-where f are the free strains. Rows: ``ints`` first coordinates of the vectors; ``floats`` g_ref and
-the damping time tau; ``coef`` the upper triangle of H, f, df/dt and what the kernels do not read.
+where f are the free strains. Rows: ``ints`` first coordinates of the vectors; ``floats`` the
+damping time tau; ``coef`` the upper triangle of H, f, df/dt, g_ref and what kernels do not read.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ def _gather(y, ints, e, X):
 
 
 @njit(cache=True, error_model="numpy")
-def _strains(X, V, coef, floats, e, one, tau, z):
+def _strains(X, V, coef, e, one, tau, z):
     """``one`` z + ``tau`` dz/dt."""
     n = X.shape[0]
     pairs = n * (n + 1) // 2
@@ -53,7 +53,7 @@ def _strains(X, V, coef, floats, e, one, tau, z):
                 rate += X[a, x] * V[b, x] + V[a, x] * X[b, x]
             if a == b:
                 g, rate = 0.5 * g, 0.5 * rate
-            z[i] = one * (g - floats[e, i]) + tau * rate
+            z[i] = one * (g - coef[e, free + 2 * FREE + i]) + tau * rate
             i += 1
     for j in range(FREE):
         z[pairs + j] = -one * coef[e, free + j] - tau * coef[e, free + FREE + j]
@@ -135,7 +135,7 @@ def add_force(y, v, coef, ints, floats, out):
     for e in range(ints.shape[0]):
         _gather(y, ints, e, X)
         _gather(v, ints, e, V)
-        _strains(X, V, coef, floats, e, 1.0, floats[e, pairs], z)
+        _strains(X, V, coef, e, 1.0, floats[e, 0], z)
         _multiply(coef, e, z, p)
         i = 0
         for a in range(k - 1):
@@ -157,10 +157,10 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     z, p = np.empty(pairs + FREE), np.empty(pairs + FREE)
     H, W, K = np.empty((pairs, pairs)), np.empty((3, pairs)), np.empty((n, 3))
     for e in range(ints.shape[0]):
-        tau = floats[e, pairs]
+        tau = floats[e, 0]
         _gather(y, ints, e, X)
         _gather(v, ints, e, V)
-        _strains(X, V, coef, floats, e, 1.0, tau, z)
+        _strains(X, V, coef, e, 1.0, tau, z)
         _multiply(coef, e, z, p)
         _unpack(coef, e, H)
         for d in range(n):
@@ -189,13 +189,13 @@ def add_energy(y, v, coef, ints, floats, out):
     for e in range(ints.shape[0]):
         _gather(y, ints, e, X)
         _gather(v, ints, e, V)
-        _strains(X, V, coef, floats, e, 1.0, 0.0, z)
+        _strains(X, V, coef, e, 1.0, 0.0, z)
         _multiply(coef, e, z, p)
         for i in range(z.size):
             out[0] += 0.5 * z[i] * p[i]
-        _strains(X, V, coef, floats, e, 0.0, 1.0, z)
+        _strains(X, V, coef, e, 0.0, 1.0, z)
         _multiply(coef, e, z, p)
         for i in range(z.size):
-            out[1] += floats[e, pairs] * z[i] * p[i]
+            out[1] += floats[e, 0] * z[i] * p[i]
             if i >= pairs:
-                out[2] -= floats[e, pairs] * z[i] * p[i]
+                out[2] -= floats[e, 0] * z[i] * p[i]

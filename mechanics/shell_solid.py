@@ -71,14 +71,13 @@ class SolidShell:
         sizes = np.concatenate([np.asarray(s.surface.sizes, float) for s in shells])
         thickness = np.repeat([float(s.thickness) for s in shells], counts)
         self._tables = integrate(scheme, X, sizes, thickness, self.names)
-        reference = products(relative(X, scheme.vectors))
-        self.floats = np.ascontiguousarray(np.column_stack([reference, self.damping_time]))
-        self._stored = reference.shape[1] + FREE
+        self._reference = products(relative(X, scheme.vectors))
+        self.floats = np.ascontiguousarray(self.damping_time[:, None])
+        self._stored = self._reference.shape[1] + FREE
 
     def coefficients(self, T: Array) -> Array:
-        """Upper triangle of H, free strains (8), their rates (8, zero), lambda, 2 mu: (n_e, n_c).
-
-        Smooth in T.
+        """(n_e, n_c) upper triangle of H, free strains (8), their rates (8, zero), products of the
+        vectors in the reference, lambda, 2 mu; smooth in T.
         """
         mean, gradient = T[self.nodes, 0], T[self.nodes, 2]
         E, nu, strain, expansion = np.empty((4, *mean.shape))
@@ -90,15 +89,26 @@ class SolidShell:
         f, slope = 0.5 * (stretch**2 - 1.0), stretch**2 * expansion * gradient
         E, nu = np.mean(E / stretch, axis=1), np.mean(nu, axis=1)
         moduli = np.column_stack([E * nu / (1.0 + nu) / (1.0 - 2.0 * nu), E / (1.0 + nu)])
-        H = self._condensed(moduli)[0]
-        return np.ascontiguousarray(np.hstack([H, f, slope, np.zeros_like(f), 0.0 * f, moduli]))
+        H, still = self._condensed(moduli)[0], np.zeros((len(E), FREE))
+        return np.ascontiguousarray(np.hstack([H, f, slope, still, self._reference, moduli]))
 
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
         c0, c1 = c0.copy(), c1.copy()
-        free, rates = slice(-2 - 2 * FREE, -2 - FREE), slice(-2 - FREE, -2)
+        free, rates, _ = self._columns()
         c0[:, rates] = c1[:, rates] = (c1[:, free] - c0[:, free]) / h
         return c0, c1
+
+    def predicted(self, coef: Array, y: Array, step: Array, new: Array) -> Array:
+        """Coefficients whose stresses at ``new`` are those predicted at ``y`` for ``step``.
+
+        The mixed integration point Newton method, see ``prediction``.
+        """
+        before, change, after = (self._vectors(x) for x in (y, step, new))
+        linear = products(before + change) - products(change)
+        shifted = coef.copy()
+        shifted[:, self._columns()[2]] += products(after) - linear
+        return shifted
 
     def mass_blocks(self) -> Array:
         """(n_e, 3 k, 3 k) consistent mass."""
@@ -118,15 +128,23 @@ class SolidShell:
         strains = np.hstack([z, enhanced])
         return np.einsum("em,meij,ej->ei", moduli, self._tables.resultants, strains, optimize=True)
 
+    def _columns(self) -> tuple[slice, slice, slice]:
+        """Of the coefficients: free strains, their rates, products in the reference."""
+        first = self._stored * (self._stored + 1) // 2
+        ends = first, first + FREE, first + 2 * FREE, first + FREE + self._stored
+        return slice(*ends[:2]), slice(*ends[1:3]), slice(*ends[2:])
+
+    def _vectors(self, y: Array) -> Array:
+        """(n_e, k - 1, 3) all vectors but the first, positions relative to it."""
+        return relative(y[self.ints[:, :, None] + np.arange(3)], self.ints.shape[1] // 4)
+
     def _strains(self, y: Array, v: Array, coef: Array) -> Array:
         """(n_e, n_z - enhanced) z + tau dz/dt."""
-        w = self.ints.shape[1] // 4
+        free, rates, reference = (coef[:, columns] for columns in self._columns())
+        X, V = self._vectors(y), self._vectors(v)
         tau = self.damping_time[:, None]
-        X, V = (relative(a[self.ints[:, :, None] + np.arange(3)], w) for a in (y, v))
-        g = products(X) - self.floats[:, :-1]
-        rates = products(X + V) - products(X) - products(V)
-        free, freed = coef[:, -2 - 2 * FREE : -2 - FREE], coef[:, -2 - FREE : -2]
-        return np.hstack([g + tau * rates, -free - tau * freed])
+        changing = products(X + V) - products(X) - products(V)
+        return np.hstack([products(X) - reference + tau * changing, -free - tau * rates])
 
     def _condensed(self, moduli: Array) -> tuple[Array, Array]:
         """Upper triangle of H without the enhanced strains; minus the matrix that gives those."""
