@@ -23,8 +23,9 @@ element without strain in rigid motion only; three would not. Most of the membra
 two: see ``mechanics.shell48``."""
 BENT, POINTS = FULL**2, FULL**2 + REDUCED**2
 """Points where the shell resists bending too, and all points: the reduced ones come last."""
-SIZES, TIME, PLACE, WIDTH = 0, 2, 3, 7
-"""Columns of floats: a, b [m], damping time [s], then for each point weight [m^2], three numbers
+SIZES, TIME, SHARES, PLACE, WIDTH = 0, 2, 3, 6, 7
+"""Columns of floats: a, b [m], damping time [s], parts of the membrane stiffness of strains 11, 22,
+12 that all points share, then for each point weight [m^2], three numbers
 that make the orthonormal directions from the parameters, three curvatures [1/m] of the reference.
 """
 MEMBRANE, BENDING, POISSON, STRETCH, BEND, STRETCHING, TURNING, COLUMNS = range(8)
@@ -161,14 +162,23 @@ def _rates(x, v, n, m, w, R):
 
 
 @njit(cache=True, error_model="numpy")
-def _elastic(coef, e, g, weight, E, S):
-    """S (6,) = weight times stiffness times E, plane stress."""
-    nu = coef[e, POISSON * POINTS + g]
-    for k in range(2):
-        C, j = weight * coef[e, (MEMBRANE + k) * POINTS + g], 3 * k
-        S[j] = C * (E[j] + nu * E[j + 1])
-        S[j + 1] = C * (E[j + 1] + nu * E[j])
-        S[j + 2] = 0.5 * C * (1.0 - nu) * E[j + 2]
+def _elastic(coef, floats, e, g, E, S):
+    """S (6,) = weight times stiffness times E, plane stress.
+
+    Of the membrane the points that bend have a part (1 - nu) C diag(f1, f2, f12/2), the reduced
+    ones what is left of C, which is positive for f <= 1.
+    """
+    weight, nu = floats[e, PLACE + WIDTH * g], coef[e, POISSON * POINTS + g]
+    C, D = weight * coef[e, MEMBRANE * POINTS + g], weight * coef[e, BENDING * POINTS + g]
+    part = (1.0 - nu) * C
+    S[0], S[1] = part * floats[e, SHARES] * E[0], part * floats[e, SHARES + 1] * E[1]
+    S[2] = 0.5 * part * floats[e, SHARES + 2] * E[2]
+    if g >= BENT:
+        S[0] = C * (E[0] + nu * E[1]) - S[0]
+        S[1] = C * (E[1] + nu * E[0]) - S[1]
+        S[2] = 0.5 * part * E[2] - S[2]
+    S[3], S[4] = D * (E[3] + nu * E[4]), D * (E[4] + nu * E[3])
+    S[5] = 0.5 * D * (1.0 - nu) * E[5]
 
 
 @njit(cache=True, error_model="numpy")
@@ -182,7 +192,7 @@ def _stress(coef, floats, e, g, x, v, n, m, work, S):
         _free_rates(coef, floats, e, g, F)
         for r in range(6):
             E[r] += tau * (R[r] - F[r])
-    _elastic(coef, e, g, floats[e, PLACE + WIDTH * g], E, S)
+    _elastic(coef, floats, e, g, E, S)
 
 
 @njit(cache=True, error_model="numpy")
@@ -243,19 +253,18 @@ def energy(y, v, coef, ints, floats, out):
             _at_point(N, X, x)
             _at_point(N, V, xv)
             m = _normal(x, n)
-            weight, tau = floats[e, PLACE + WIDTH * g], floats[e, TIME]
             _excess(coef, floats, e, g, x, n, E)
-            _elastic(coef, e, g, weight, E, S)
+            _elastic(coef, floats, e, g, E, S)
             for r in range(6):
                 out[0] += 0.5 * S[r] * E[r]
             _rates(x, xv, n, m, w, R)
             _free_rates(coef, floats, e, g, F)
             for r in range(6):
                 R[r] -= F[r]
-            _elastic(coef, e, g, weight * tau, R, S)
+            _elastic(coef, floats, e, g, R, S)
             for r in range(6):
-                out[1] += S[r] * R[r]
-                out[2] += S[r] * F[r]
+                out[1] += floats[e, TIME] * S[r] * R[r]
+                out[2] += floats[e, TIME] * S[r] * F[r]
 
 
 @njit(cache=True, error_model="numpy")
@@ -395,7 +404,7 @@ def tangent(y, v, coef, ints, floats, cK, cC, slots, data):
                     E[r] = (cK + tau * cC) * B[r, a]
                     if damped:
                         E[r] += cK * tau * Bv[r, a]
-                _elastic(coef, e, g, floats[e, PLACE + WIDTH * g], E, S)
+                _elastic(coef, floats, e, g, E, S)
                 for r in range(6):
                     W[r, a] = S[r]
             for r in range(6):
