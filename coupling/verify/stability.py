@@ -1,0 +1,201 @@
+"""Buckling, snapping, and what comes after."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from operator import mul
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.verify.models import ROOM, Model, clamp, elastic, model, sections, straight
+from coupling.verify.registry import Check, Convergence, Result, problem
+from mechanics.arclength import BIFURCATION, LIMIT, Event, Path, Point, branch, follow
+from mechanics.buckling import buckling
+from mechanics.description import (
+    Beam,
+    Clamp,
+    Force,
+    Guide,
+    Joint,
+    Load,
+    Particle,
+    Prismatic,
+    Revolute,
+    Site,
+    Spring,
+)
+from mechanics.modes import modes
+from mechanics.statics import Allowed, newton
+from meshes.generate import arc, line
+from meshes.sections import Section, general, rectangle
+
+Array = NDArray[np.float64]
+
+X, Y, Z = np.eye(3)
+RIGID_IN_SHEAR = 1e3
+"""Shear factor of a beam that has no shear deformation to speak of."""
+
+
+def slim(area: float, second_moment: float, torsion: float | None = None) -> Section:
+    """A section with equal second moments and no shear deformation."""
+    J = 2.0 * second_moment if torsion is None else torsion
+    shear = RIGID_IN_SHEAR
+    return general(area, second_moment, second_moment, J, shear_factor_2=shear, shear_factor_3=shear)
+
+
+def first(path: Path, kind: str) -> Event:
+    """The first event of a kind; an error if there is none."""
+    for event in path.events:
+        if event.kind == kind:
+            return event
+    raise RuntimeError(path.why or f"no {kind} up to load {path.loads.max():.6g}")
+
+
+def followed(made: Model, until: Callable[[Point], bool], **more) -> Path:
+    path = follow(made.system, made.coef, made.coef, until=until, **more)
+    if path.why:
+        raise RuntimeError(path.why)
+    return path
+
+
+# ------------------------------------------------------------------------------------- snapping
+
+
+@problem("stability", "snap-through of a roof of two bars", "von Mises 1923, closed form")
+def roof() -> list[Result]:
+    """Springs from (-1, 0) and (1, 0) to a top at height h: P = 2 k w (L0/L - 1)."""
+    height, k = 0.2, 1e3
+    free = np.hypot(1.0, height)
+    joints: list[Joint] = [
+        Guide("plane", Site("top"), np.array([X, Z])),
+        Spring("left", Site("top"), Site(None, position=-X), k),
+        Spring("right", Site("top"), Site(None, position=X), k),
+    ]
+    push = Force("push", Site("top"), -Y, lambda s: s)
+    made = model(Particle("top", height * Y, 1.0), joints, [push])
+    path = followed(made, lambda p: bool(p.y[1] < -1.2 * height), arc=5e-3, largest=2e-2)
+    # dP/dw = 0 where L^3 = L0
+    w = np.sqrt(free ** (2.0 / 3.0) - 1.0)
+    limit = 2.0 * k * w * (free / np.hypot(1.0, w) - 1.0)
+    top, bottom = (e.point for e in path.events)
+    last = path.points[-1]
+    height_then = float(last.y[1])
+    carried = 2.0 * k * height_then * (free / np.hypot(1.0, height_then) - 1.0)
+    return [
+        Check("limit load", top.load, limit, 1e-8, "N"),
+        Check("height at the limit", float(top.y[1]), w, 1e-3, "m"),
+        Check("load after the snap", bottom.load, -limit, 1e-8, "N"),
+        Check("on the way up again", last.load, carried, 1e-6, "N"),
+    ]
+
+
+def _shallow(steepness: float, elements: int) -> tuple[Model, float]:
+    """Arch y = a sin(pi x/L) on hinges under a load of the same shape; unit of load EI k^4 r."""
+    L, E, area = 1.0, 1e9, 1e-4
+    r = 1e-3
+    I, a, k = area * r * r, steepness * r, np.pi / L
+    x = np.linspace(0.0, L, elements + 1)
+    points = np.stack([x, a * np.sin(k * x), 0.0 * x], axis=1)
+    e1 = np.stack([np.ones_like(x), a * k * np.cos(k * x), 0.0 * x], axis=1)
+    e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
+    axes = np.stack([e1, np.cross(Z, e1), np.broadcast_to(Z, e1.shape)], axis=1)
+    beam = Beam("beam", points, axes, slim(area, I), elastic(E), ROOM)
+    far = Site(None, position=L * X)
+    joints: list[Joint] = [
+        Revolute("left", Site("beam", 0), Site(None), Z),
+        Revolute("right", Site("beam", elements), far, Z),
+    ]
+    unit = E * I * k**4 * r * L / elements
+    loads: list[Load] = [
+        Force(f"f{i}", Site("beam", i), -Y, partial(mul, unit * np.sin(k * x[i])))
+        for i in range(1, elements)
+    ]
+    return model(beam, joints, loads), r
+
+
+@problem("stability", "shallow sinusoidal arch", "Fung & Kaplan 1952, in closed form")
+def shallow_arch() -> list[Result]:
+    """With b the remaining rise, all in radii of gyration: q = a - b + b (a^2 - b^2)/4.
+
+    The load turns where dq/db = 0; before that, for a > sqrt(22), the arch sways where its
+    thrust reaches the second Euler load: b = sqrt(a^2 - 16), q = a + 3 b.
+    """
+    checks: list[Result] = []
+    made, r = _shallow(4.0, 16)
+    event = first(followed(made, _turned, arc=5e-4, largest=1e-3), LIMIT)
+    b = np.sqrt((16.0 - 4.0) / 3.0)
+    checks.append(Check("limit load, a = 4 r", event.point.load, 4 - b + b * (16 - b * b) / 4, 1e-3))
+    made, r = _shallow(7.0, 16)
+    event = first(followed(made, _turned, arc=5e-4, largest=1e-3), BIFURCATION)
+    b = np.sqrt(49.0 - 16.0)
+    checks.append(Check("it sways, a = 7 r", event.point.load, 7 + 3 * b, 1e-3))
+    height = made.position(event.point.y, "beam", 8)[1] / r
+    checks.append(Check("its rise then", float(height), b, 2e-3, "r"))
+    return checks
+
+
+def _turned(p: Point) -> bool:
+    """Past the limit load, or too far."""
+    return p.slope < 0.0 or p.load > 100.0
+
+
+@problem("stability", "frame of two bars on hinges", "Lee, Manuel & Rossow 1968; as in the table")
+def lee_frame() -> list[Result]:
+    """Bars of 120 cm, 3 x 2 cm, E = 720 kN/cm^2, loaded 24 cm from the corner: lengths in cm, kN.
+
+    The load turns, falls below zero, and both coordinates of the loaded point turn back.
+    """
+    made = _lee(20)
+    path = followed(made, lambda p: p.load > 2.0, arc=5e-3, largest=1e-2, count=400)
+    limits = [e.point for e in path.events if e.kind == LIMIT]
+    return [
+        Check("first limit load", limits[0].load, 1.855, 5e-3, "kN"),
+        Check("load at the valley", limits[1].load, -0.945, 5e-3, "kN"),
+    ]
+
+
+def _lee(elements: int) -> Model:
+    section, material = rectangle(2.0, 3.0), elastic(720.0, 0.3)
+    parts = []
+    for name, start, end in (("column", 0.0 * Y, 120 * Y), ("girder", 120 * Y, 120 * (X + Y))):
+        points, axes = line(start, end, elements, Z)
+        axes = axes[:, [0, 2, 1]] * np.array([1.0, -1.0, 1.0])[:, None]
+        parts.append(Beam(name, points, axes, section, material, ROOM))
+    joints: list[Joint] = [
+        Revolute("foot", Site("column", 0), Site(None), Z),
+        Clamp("corner", Site("column", elements), Site("girder", 0)),
+        Revolute("end", Site("girder", elements), Site(None, position=120 * (X + Y)), Z),
+    ]
+    push = Force("push", Site("girder", elements // 5), -Y, lambda s: s)
+    return model(parts, joints, [push])
+
+
+@problem("stability", "deep arch, one end clamped", "DaDeppo & Schmidt 1975")
+def deep_arch() -> list[Result]:
+    """Radius 100 over 215 degrees, EI = 1e6, EA = 1e8, loaded at the crown: it falls aside."""
+    made = _deep_arch(32)
+    path = followed(made, _turned_down, arc=1e-2, largest=2e-2, count=400)
+    return [Check("critical load", first(path, LIMIT).point.load, 897.0, 2e-3)]
+
+
+def _turned_down(p: Point) -> bool:
+    return p.slope < 0.0
+
+
+def _deep_arch(elements: int) -> Model:
+    half = np.radians(215.0) / 2.0
+    start = 100.0 * np.array([-np.sin(half), np.cos(half), 0.0])
+    points, axes = arc(np.zeros(3), start, -Z, 2.0 * half, elements)
+    beam = Beam("beam", points, axes, slim(1.0, 1e-2), elastic(1e8), ROOM)
+    joints: list[Joint] = [
+        clamp_at("clamp", points[0], 0),
+        Revolute("hinge", Site("beam", elements), Site(None, position=points[-1]), Z),
+    ]
+    push = Force("push", Site("beam", elements // 2), -Y, lambda s: s)
+    return model(beam, joints, [push])
+
+
+def clamp_at(name: str, position: Array, node: int) -> Clamp:
+    """A node of "beam" clamped where it is."""
+    return Clamp(name, Site("beam", node), Site(None, position=position))
