@@ -33,7 +33,11 @@ from mechanics.layout import Layout
 Array = NDArray[np.float64]
 
 ROUNDING = 0.01
-"""Curvature, relative to that of the reference, below which the kink at zero is rounded [-]."""
+"""Curvature, relative to that of the reference, below which the kink at zero is rounded [-].
+
+The rounded curvature (kappa^2 + rho^2)^1/2 changes less than kappa near that of the reference; its
+stiffness is raised by 1 + ROUNDING^2, so that small bending meets EI.
+"""
 DAMPED = 1e-4
 """Turning of the axis per element below which bending is not damped [rad]."""
 
@@ -99,6 +103,7 @@ class Cable:
         EA = E[:, 2:] * self._area[:, None] / stretch[:, 2:]
         axial = line.axial_stiffness(EA, self.length, self._slack)
         bending = E[:, :2] * stretch[:, :2] ** 3 * (self._moment / (2.0 * self.length))[:, None]
+        bending *= np.where(self._turning > 0.0, 1.0 + ROUNDING**2, 1.0)
         free = line.axial_coefficients(self._axial * stretch[:, 2:] ** 2)
         return np.hstack([axial, bending, free, self._turning, np.zeros_like(free)])
 

@@ -3,19 +3,17 @@
 from collections.abc import Callable
 from functools import cache, partial
 from operator import mul
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
-from scipy.optimize import brentq, root
 
 from coupling.verify.models import ROOM, Model, bent, clamp, elastic, model, sections, straight
 from coupling.verify.registry import Check, Convergence, Result, problem
-from mechanics.description import Force, Moment, Site
+from coupling.verify.rods import Rod, rod_tip, timoshenko
+from mechanics.description import Beam, Force, Moment, Site
 from mechanics.elements import FAMILIES
 from mechanics.modes import modes
+from meshes.generate import arc
 from meshes.materials import Material, constant_material
 from meshes.sections import Section, rectangle
 
@@ -102,52 +100,6 @@ def locking() -> list[Result]:
 # ------------------------------------------------------------------------------- large motion
 
 
-class Rod(NamedTuple):
-    """Stiffness of a rod: axial, shear (2), torsion and bending towards e2, e3 (SI units)."""
-
-    axial: float
-    shear_2: float
-    shear_3: float
-    torsion: float
-    bending_2: float
-    bending_3: float
-
-    @classmethod
-    def of(cls, section: Section, E: float, nu: float, shear: bool = True) -> "Rod":
-        G, A = E / (2.0 * (1.0 + nu)), section.area
-        factors = (section.shear_factor_2, section.shear_factor_3) if shear else (np.inf, np.inf)
-        moments = section.second_moment_2, section.second_moment_3
-        turning = G * section.torsion_constant, E * moments[0], E * moments[1]
-        return cls(E * A, factors[0] * G * A, factors[1] * G * A, *turning)
-
-
-def rod_tip(rod: Rod, length: float, force: Array, steps: int = 4) -> Array:
-    """Tip (3,) [m] of a clamped rod under a dead force: Reissner (1981), by shooting.
-
-    Unknown is the moment at the clamp, for which the moment at the tip vanishes.
-    """
-    stretching = np.array([rod.axial, rod.shear_2, rod.shear_3])
-    turning = np.array([rod.torsion, rod.bending_3, rod.bending_2])
-
-    def slopes(_: float, y: Array, F: Array) -> Array:
-        R = y[3:12].reshape(3, 3)
-        axis = R @ (np.array([1.0, 0.0, 0.0]) + R.T @ F / stretching)
-        turned = np.cross(R, np.broadcast_to(R.T @ y[12:] / turning, (3, 3)))
-        return np.concatenate([axis, turned.ravel(), -np.cross(axis, F)])
-
-    def end(moment: Array, F: Array) -> Array:
-        start = np.concatenate([np.zeros(3), np.eye(3).ravel(), moment])
-        found = solve_ivp(slopes, (0.0, length), start, "DOP853", args=(F,), rtol=1e-11, atol=1e-13)
-        return found.y[:, -1]
-
-    moment = np.zeros(3)
-    size = length * float(np.linalg.norm(force))
-    for part in np.arange(1, steps + 1) / steps:
-        F = part * force
-        moment = size * root(lambda m, F=F: end(size * m, F)[12:] / size, moment / size).x
-    return end(moment, force)[:3]
-
-
 SLENDER = rectangle(0.01, 0.01, 0.0)
 PULL = 10.0 * 1e9 * SLENDER.second_moment_2
 """Tip load 10 EI/L^2 [N]."""
@@ -231,6 +183,36 @@ def princeton() -> list[Result]:
     ]
 
 
+# ---------------------------------------------------------------------------- curved reference
+
+
+def _curved(family: str, elements: int) -> float:
+    """Relative error of a small tip displacement: quarter circle of radius 1, loaded along y."""
+    E, section, nodes = 70e9, rectangle(0.02, 0.02, NU), FAMILIES[family].stride * elements
+    load = 1e-8 * E * section.second_moment_2
+    points, axes = arc(Y, np.zeros(3), Z, 0.5 * np.pi, nodes)
+    beam = Beam("beam", points, axes, section, elastic(E, NU), ROOM, element=family)
+    push = Force("tip", tip(family, elements), Y, partial(mul, load))
+    made = model(beam, [clamp()], [push])
+    rod = Rod.of(section, E, NU, family != "cable")
+    bending, axial, shear = 1.0 / rod.bending_2, 1.0 / rod.axial, 1.0 / rod.shear_2
+    x = 0.5 * load * (axial - bending - shear)
+    y = load * ((0.75 * np.pi - 2.0) * bending + 0.25 * np.pi * (axial + shear))
+    moved = position(made, bent(made, 1).q) - points[-1]
+    return float(np.hypot(moved[0] - x, moved[1] - y) / np.hypot(x, y))
+
+
+@problem("elements", "quarter circle, R/h = 50, load along its end", "Castigliano")
+def quarter_circle() -> list[Result]:
+    """Relative error of the displacement. A curved continuum beam locks most."""
+    found: list[Result] = [
+        table("tip", family, (4, 8, 16, 32), _curved, 4.0)
+        for family in ("beam3243", "beam3333", "cable")
+    ]
+    name = f"error, {ENHANCED}, 32 elements"
+    return [*found, Check(name, _curved(ENHANCED, 32), 0.0, 2e-3, "", True)]
+
+
 # -------------------------------------------------------------------------------- temperature
 
 
@@ -269,19 +251,6 @@ def naive_bow() -> list[Result]:
 
 
 # -------------------------------------------------------------------------------- frequencies
-
-
-def timoshenko(EI: float, kGA: float, mass: float, inertia: float) -> float:
-    """First angular frequency [1/s] of a cantilever of length 1 m, from its state equations."""
-
-    def missing(omega: float) -> float:
-        slope = np.zeros((4, 4))  # of deflection, rotation, moment, shear force
-        slope[0, 1], slope[0, 3], slope[1, 2] = 1.0, 1.0 / kGA, 1.0 / EI
-        slope[2, 1], slope[2, 3], slope[3, 0] = -inertia * omega**2, -1.0, -mass * omega**2
-        return float(np.linalg.det(expm(slope)[2:, 2:]))
-
-    guess = 1.8751041**2 * np.sqrt(EI / mass)
-    return float(brentq(missing, 0.8 * guess, 1.05 * guess, xtol=1e-13 * guess))
 
 
 def _expected_frequency(family: str, height: float) -> float:
