@@ -80,6 +80,8 @@ class Mechanics:
 
 def _refused(system: System, order: list[str]) -> list[str]:
     """What is wrong with joints, one sentence for each."""
+    if not system.m:
+        return []
     found = repetitions(system.terms, system.layout.q0, system.scale, order)
     return [str(repetition) for repetition in found] + _jumps(system)
 

@@ -2,12 +2,12 @@
 
 from functools import cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from coupling.verify.models import clamp, elastic, model, sections, straight
-from mechanics import dynamics
 from mechanics.description import (
     Clamp,
     ClearanceRevolute,
@@ -20,10 +20,12 @@ from mechanics.description import (
     Site,
     Spherical,
 )
-from mechanics.dynamics import CALM, Control, Window, advance, initial_state
-from mechanics.hht import FROZEN, Scheme, step
+from mechanics.dynamics import Control, Window, advance, initial_state
+from mechanics.kernels import FACTOR, kernel
+from mechanics.march import CALM, pack
+from mechanics.redundancy import repetitions
+from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
-from mechanics.system import System
 from meshes.sections import rectangle
 
 X, Y, Z = np.eye(3)
@@ -33,7 +35,7 @@ SQUARE = rectangle(0.01, 0.01)
 
 
 def fixed(h, alpha=-0.1, newton=1e-13):
-    return Control(np.inf, h, h, Scheme(alpha, newton))
+    return Control(np.inf, h, h, Scheme(alpha=alpha, newton_tolerance=newton))
 
 
 def swinging_rope():
@@ -53,33 +55,51 @@ def rope():
     return swinging_rope()
 
 
+class Seen(NamedTuple):
+    """An accepted step."""
+
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    approach: np.ndarray
+    ledger: np.ndarray
+
+
 def go(made, control, end, windows=1, observe=None, state=None):
     """State after ``end`` seconds in equal windows, from the start or from ``state``."""
     if state is None:
         state, why = initial_state(made.system, control, made.coef)
         assert why == ""
+    full = observe is not None
     for k in range(windows):
         t = end * k / windows
         window = Window(t, end * (k + 1) / windows - t, made.coef, made.coef)
-        state, _, why = advance(made.system, control, state, window, observe)
+        state, _, why = advance(made.system, control, state, window, observe, full=full)
         assert why == ""
     return state
 
 
 def path(made, control, end, windows=1):
-    """All accepted states, the first included."""
-    states = [initial_state(made.system, control, made.coef)[0]]
-    go(made, control, end, windows, into(states))
-    return states
+    """All accepted steps, the start included."""
+    state = initial_state(made.system, control, made.coef)[0]
+    m = state.motion
+    steps = [Seen(m.t, m.q, m.v, m.approach, state.ledger)]
+    go(made, control, end, windows, into(steps, made.system.n))
+    return steps
 
 
-def into(states):
-    """Observer that keeps the states."""
-    return lambda state, _: states.append(state)
+def into(steps, n):
+    """Observer that keeps the steps."""
+
+    def observe(rows):
+        parts = rows.t, rows.y[:, :n], rows.v[:, :n], rows.approach, rows.ledger
+        steps.extend(Seen(*step) for step in zip(*parts, strict=True))
+
+    return observe
 
 
-def times(states):
-    return np.array([s.motion.t for s in states])
+def times(steps):
+    return np.array([s.t for s in steps])
 
 
 def same(a, b):
@@ -113,11 +133,12 @@ def test_no_step_of_rounding_size_is_taken():
     state, _ = initial_state(made.system, control, made.coef)
     ends = np.cumsum(np.random.default_rng(0).uniform(5e-4, 2e-3, 50))
     for begin, end in pairwise([0.0, *ends]):
-        seen = [state]
+        seen = []
         window = Window(begin, end - begin, made.coef, made.coef)
-        state, _, _ = advance(made.system, control, state, window, into(seen))
+        watch = into(seen, made.system.n)
+        state, _, _ = advance(made.system, control, state, window, watch, full=True)
         assert state.motion.t == window.t0 + window.h
-        sizes = np.diff(times(seen))
+        sizes = np.diff([begin, *times(seen)])
         assert len(sizes) == np.ceil(window.h / control.largest_step)
         np.testing.assert_allclose(sizes, sizes.mean(), rtol=1e-9)
 
@@ -143,18 +164,21 @@ def test_the_same_run_gives_the_same_bits():
     assert same(*runs)
 
 
-def test_states_are_seen_after_each_accepted_step_and_are_not_touched_later():
-    seen, copies = [], []
+def test_steps_are_seen_in_order_and_the_last_is_the_end_of_the_window():
+    control, seen = Control(1e-5, 0.02, 1e-9), []
+    end = go(rope(), control, 0.2, 2, into(seen, rope().system.n))
+    assert np.all(np.diff(times(seen)) > 0) and len(seen) == end.counts[0]
+    assert np.array_equal(seen[-1].q, end.motion.q) and np.array_equal(seen[-1].v, end.motion.v)
+    assert np.array_equal(seen[-1].ledger, end.ledger) and seen[-1].t == end.motion.t
 
-    def observe(state, response):
-        assert response.shape == (0, 0)
-        seen.append(state)
-        copies.append(state.motion.q.copy())
 
-    end = go(rope(), Control(1e-5, 0.02, 1e-9), 0.2, 2, observe)
-    assert np.all(np.diff(times(seen)) > 0) and seen[-1] is end
-    assert all(np.array_equal(s.motion.q, q) for s, q in zip(seen, copies, strict=True))
-    assert [int(s.counts[0]) for s in seen] == list(range(1, len(seen) + 1))
+def test_a_long_window_is_seen_in_batches_and_goes_on_as_if_it_were_not():
+    """More steps than one batch holds; the Jacobian is made anew between batches."""
+    seen, batches = [], []
+    watch = into(seen, rope().system.n)
+    end = go(rope(), fixed(2e-4), 0.3, observe=lambda rows: batches.append(1) or watch(rows))
+    assert len(batches) == 3 and len(seen) == 1500 == end.counts[0]
+    np.testing.assert_allclose(np.diff(times(seen)), 2e-4, rtol=1e-9)
 
 
 def test_advancing_leaves_the_state_as_it_was():
@@ -213,11 +237,11 @@ def pushed_path():
 
 def test_steps_are_refused_where_the_force_jumps_and_nowhere_before():
     states = pushed_path()
-    before = [s for s in states if s.motion.t <= JUMP]
-    assert before[-1].counts[1] == 0
-    after = [s for s in states if s.motion.t > JUMP]
-    assert after[0].counts[1] > 2
-    assert after[0].motion.t - before[-1].motion.t < LARGEST / 8
+    before = [s.t for s in states if s.t <= JUMP]
+    after = [s.t for s in states if s.t > JUMP]
+    assert after[0] - before[-1] < LARGEST / 8
+    assert go(pushed(), Control(1e-4, LARGEST, 1e-9), before[-1]).counts[1] == 0
+    assert go(pushed(), Control(1e-4, LARGEST, 1e-9), 1.0).counts[1] > 2
 
 
 def test_step_sizes_are_on_the_ladder_of_halvings():
@@ -240,78 +264,46 @@ def test_steps_grow_by_doubling_and_only_after_a_while():
 
 def test_steps_are_doubled_only_where_the_longer_one_will_do():
     """A swinging rope asks for other steps all the time; few of them are refused."""
-    accepted, refused, _ = go(rope(), Control(1e-5, 0.02, 1e-9), 0.5).counts
+    accepted, refused, *_ = go(rope(), Control(1e-5, 0.02, 1e-9), 0.5).counts
     assert accepted > 300 and refused < 0.06 * accepted
 
 
 def test_the_error_of_each_accepted_step_is_within_the_tolerance():
-    """(beta - 1/6) h^2 |da| (Zienkiewicz & Xie 1991), computed here from the states."""
-    made, states = pushed(), pushed_path()
-    beta = Scheme().beta
-    errors = [
-        (beta - 1 / 6) * (b.motion.t - a.motion.t) ** 2
-        * np.max(np.abs(b.motion.a - a.motion.a) / made.system.scale)
-        for a, b in pairwise(states)
-    ]  # fmt: skip
-    assert 1e-5 < max(errors) <= 1e-4
-
-
-def test_counts_are_of_attempts_and_corrections(monkeypatch):
-    """Counted again by watching the steps that are made."""
-    attempts = []
-
-    def watched(*arguments):
-        attempts.append(step(*arguments))
-        return attempts[-1]
-
-    monkeypatch.setattr(dynamics, "step", watched)
-    accepted, refused, corrections = go(pushed(), Control(1e-4, LARGEST, 1e-9), 1.0).counts
-    assert accepted + refused == len(attempts)
-    assert refused > 2
-    assert corrections == sum(a.iterations for a in attempts)
+    """(beta - 1/6) h^2 |da| (Zienkiewicz & Xie 1991), accelerations by Newmark's update of v."""
+    made, steps, scheme = pushed(), pushed_path(), Scheme()
+    a, errors = initial_state(made.system, Control(), made.coef)[0].motion.a, []
+    for before, now in pairwise(steps):
+        h = now.t - before.t
+        new = ((now.v - before.v) / h - (1.0 - scheme.gamma) * a) / scheme.gamma
+        errors.append((scheme.beta - 1 / 6) * h**2 * np.max(np.abs(new - a) / made.system.scale))
+        a = new
+    assert 1e-5 < max(errors) <= 1.000001e-4
 
 
 # ------------------------------------------------------------------------------ reuse of factors
 
 
-def stepping(h, jacobian=None, touching=b""):
-    made = rope()
-    state, _ = initial_state(made.system, Control(), made.coef)
-    return step(made.system, Scheme(), state.motion, h, made.coef, jacobian, touching)
+def factorisations(made, control, end, windows=1):
+    return go(made, control, end, windows).counts[3]
 
 
-@pytest.mark.parametrize("ratio", [0.5, 0.64, 0.66, 1.0, 1.34, 1.36])
-def test_factors_serve_steps_of_about_their_size(ratio):
-    assert FROZEN == 0.35
-    kept = 0.65 < ratio < 1.35
-    first = stepping(1e-4)
-    again = stepping(ratio * 1e-4, first.jacobian)
-    assert again.motion is not None
-    assert (again.jacobian is first.jacobian) == kept
+def test_a_slow_motion_needs_one_factorisation_in_a_window():
+    assert factorisations(rope(), fixed(1e-4), 50e-4) == 1
+
+
+def test_factors_are_made_anew_when_corrections_become_many():
+    """A rope that swings far: many steps, few factorisations, and few corrections in each."""
+    accepted, _, corrections, made_anew = go(rope(), fixed(1e-3), 0.5).counts
+    assert 2 < made_anew < accepted / 3
+    assert corrections < 5 * accepted
 
 
 def test_factors_are_made_anew_when_contacts_change():
-    first = stepping(1e-4, touching=b"\0")
-    assert stepping(1e-4, first.jacobian, b"\0").jacobian is first.jacobian
-    assert stepping(1e-4, first.jacobian, b"\1").jacobian is not first.jacobian
-
-
-def test_a_slow_motion_needs_one_factorisation_in_a_window(monkeypatch):
-    made, control = rope(), fixed(1e-4)
-    state, _ = initial_state(made.system, control, made.coef)
-    calls = []
-    factorise = System.factorise
-    monkeypatch.setattr(System, "factorise", lambda s, d: calls.append(1) or factorise(s, d))
-    go(made, control, 50e-4, state=state)
-    assert len(calls) == 1
-
-
-def test_a_jacobian_that_does_not_contract_is_replaced_within_the_step():
-    good = stepping(1e-2)
-    useless = good.jacobian._replace(solve=lambda b: np.full_like(b, 1e-3))
-    found = stepping(1e-2, useless)
-    assert found.jacobian is not useless and found.iterations > good.iterations
-    np.testing.assert_allclose(found.motion.q, good.motion.q, rtol=0, atol=1e-12)
+    """A ball that bounces once between walls: one factorisation for flight, one for the impact."""
+    made = flyer()
+    control = Control(np.inf, 1e-4, 1e-12, Scheme(newton_tolerance=1e-13))
+    assert factorisations(made, control, 0.019) == 1
+    assert factorisations(made, control, 0.0202) >= 2
 
 
 # ----------------------------------------------------------------------- reversal and energy
@@ -320,7 +312,7 @@ def test_a_jacobian_that_does_not_contract_is_replaced_within_the_step():
 def reversed_motion(state):
     """The same place, run backwards."""
     m = state.motion
-    return state._replace(motion=m._replace(t=0.0, v=-m.v, force_before=m.force))
+    return state._replace(motion=m._replace(t=0.0, v=-m.v))
 
 
 def test_without_numerical_damping_the_motion_can_be_run_backwards():
@@ -342,8 +334,8 @@ def test_numerical_damping_cannot_be_run_backwards():
 
 def energy(state, made):
     """Kinetic, strain and potential energy [J]."""
-    m = state.motion
-    return state.ledger[0] + state.ledger[1] - m.q @ made.system.external(m.q, m.t)
+    y = made.system.unknowns(state.q)
+    return state.ledger[0] + state.ledger[1] - state.q @ made.system.external(y, state.t, made.coef)
 
 
 def test_energy_error_falls_with_the_square_of_the_step():
@@ -357,7 +349,7 @@ def test_energy_error_falls_with_the_square_of_the_step():
 def test_constraints_hold_after_every_step():
     made = rope()
     for state in path(made, Control(1e-5, 0.02, 1e-9), 0.3):
-        values = made.system.constraints.values(state.motion.q, state.motion.t)
+        values = made.system.constraints(made.system.unknowns(state.q), state.t, made.coef)
         assert np.abs(values).max() < 1e-10
 
 
@@ -380,25 +372,25 @@ def flyer(clearance=1e-3, speed=0.05, loads=()):
 def test_an_impact_begins_where_the_clearance_ends():
     made = flyer()
     states = path(made, CAREFUL, 0.025, windows=2)
-    begun = next(s for s in states if s.motion.approach[0] != 0.0)
-    assert begun.motion.t == pytest.approx(1e-3 / 0.05, rel=1e-5)
-    assert begun.motion.approach[0] == pytest.approx(0.05, rel=1e-9)
-    assert begun.motion.q[0] == pytest.approx(1e-3, rel=1e-5)
+    begun = next(s for s in states if s.approach[0] != 0.0)
+    assert begun.t == pytest.approx(1e-3 / 0.05, rel=1e-5)
+    assert begun.approach[0] == pytest.approx(0.05, rel=1e-9)
+    assert begun.q[0] == pytest.approx(1e-3, rel=1e-5)
 
 
 def test_the_approach_speed_of_a_running_impact_survives_the_window():
     made, control = flyer(), CAREFUL
     whole = path(made, control, 0.025)
-    inside = [s for s in whole if s.motion.approach[0] > 0.0]
+    inside = [s for s in whole if s.approach[0] > 0.0]
     assert len(inside) > 20
-    middle = inside[len(inside) // 2].motion.t
+    middle = inside[len(inside) // 2].t
     cut = go(made, control, middle)
-    assert cut.motion.approach[0] == pytest.approx(inside[0].motion.approach[0], rel=1e-12)
+    assert cut.motion.approach[0] == pytest.approx(inside[0].approach[0], rel=1e-12)
     window = Window(middle, 0.025 - middle, made.coef, made.coef)
     end, _, why = advance(made.system, control, cut, window)
     assert why == ""
     assert end.motion.v[0] < 0.0
-    assert end.motion.v[0] == pytest.approx(whole[-1].motion.v[0], rel=2e-3)
+    assert end.motion.v[0] == pytest.approx(whole[-1].v[0], rel=2e-3)
 
 
 def test_a_contact_that_is_pushed_anew_counts_the_faster_approach():
@@ -406,8 +398,8 @@ def test_a_contact_that_is_pushed_anew_counts_the_faster_approach():
     blow = Force("blow", Site("ball"), X, lambda t: 2e5 * float(0.02005 < t < 0.02015))
     gentle = flyer()
     struck = flyer(loads=[blow])
-    slow = [s.motion.approach[0] for s in path(gentle, CAREFUL, 0.0202)]
-    fast = [s.motion.approach[0] for s in path(struck, CAREFUL, 0.0202)]
+    slow = [s.approach[0] for s in path(gentle, CAREFUL, 0.0202)]
+    fast = [s.approach[0] for s in path(struck, CAREFUL, 0.0202)]
     assert max(slow) == pytest.approx(0.05, rel=1e-9)
     assert fast[-1] > 1.0
     touching = np.flatnonzero(np.array(fast) > 0.0)
@@ -438,12 +430,17 @@ def test_newton_without_convergence_gives_a_reason_with_its_place():
     assert any(name in why for name in ("beam node ", "ball position"))
 
 
-def test_a_singular_matrix_gives_a_reason(monkeypatch):
-    made = rope()
+@kernel(FACTOR)
+def never(ints, data, work):
+    return 1
+
+
+def test_a_singular_matrix_gives_a_reason():
+    made = swinging_rope()
     state, _ = initial_state(made.system, fixed(1e-3), made.coef)
-    monkeypatch.setattr(System, "factorise", lambda *_: None)
-    window = Window(0.0, 1.0, made.coef, made.coef)
-    _, _, why = advance(made.system, fixed(1e-3), state, window)
+    solver = np.array([never, *made.system.program.solver[1:]])
+    made.system.packed = pack(made.system.program._replace(solver=solver))
+    _, _, why = advance(made.system, fixed(1e-3), state, Window(0.0, 1.0, made.coef, made.coef))
     assert why == "the system matrix is singular, at t = 0 s"
 
 
@@ -472,7 +469,8 @@ OBLIQUE = np.array([0.48, 0.6, 0.64])
 def test_joints_that_repeat_others_are_refused_by_name(second, elements):
     beam = straight(1.0, elements, SQUARE, ALUMINIUM, "beam3243", OBLIQUE, (0.3, -0.2, 1.0))
     made = model(beam, [clamp(), second])
-    assert made.system.repeated_joints() == ["second"]
+    found = repetitions(made.system.terms, made.system.layout.q0, made.system.scale)
+    assert [f.joint for f in found] == ["second"]
     state, why = initial_state(made.system, Control(), made.coef)
     assert state is None and "constraints" in why
 
@@ -481,7 +479,7 @@ def test_joints_that_repeat_none_are_not_refused():
     beam = straight(1.0, 2, SQUARE, ALUMINIUM, "beam3243", OBLIQUE, (0.3, -0.2, 1.0))
     far = Site(None, position=OBLIQUE)
     made = model(beam, [clamp(), Spherical("far", Site("beam", 2), far)])
-    assert made.system.repeated_joints() == []
+    assert repetitions(made.system.terms, made.system.layout.q0, made.system.scale) == []
     assert initial_state(made.system, Control(), made.coef)[1] == ""
 
 
@@ -491,10 +489,10 @@ def description(*joints):
 
 def test_a_solver_is_not_built_from_joints_that_cannot_be():
     driven = Revolute("turn", Site("beam", 0), Site(None), Z, lambda t: 0.2 + t)
-    with pytest.raises(ValueError, match=r"joint 'turn': its angle must be zero at t = 0"):
+    with pytest.raises(ValueError, match=r"joint 'turn': .* must be zero at t = 0"):
         Mechanics(description(driven), Control())
     twice = Spherical("twice", Site("beam", 0), Site(None))
-    with pytest.raises(ValueError, match=r"joint 'twice': .* already"):
+    with pytest.raises(ValueError, match=r"joint 'twice': .* repeat 'clamp'"):
         Mechanics(description(clamp(), twice), Control())
     Mechanics(description(clamp()), Control())
 
