@@ -110,7 +110,7 @@ def march(system: System, control: Control, end: float, repeats: int = 3, warm: 
         begun = perf_counter()
         state = _went(system, control, start, end, coef)
         best = min(best, perf_counter() - begun)
-    accepted, _, corrections = state.counts - start.counts
+    accepted, _, corrections = (state.counts - start.counts)[:3]
     return Run(best / accepted, int(accepted), corrections / accepted, state)
 
 
