@@ -1,8 +1,8 @@
 """Choice of a linear solver for the constrained system matrix.
 
 Few unknowns go to a dense LU with partial pivoting, many to the factorisation by blocks of
-``mechanics.blocks``; both are compiled. Where blocks lose a pivot, or a solution does not fulfil
-its equations, the same matrix goes to SuperLU, which pivots freely.
+``mechanics.block_kernels``; both are compiled. Where blocks lose a pivot, or a solution does not
+fulfil its equations, the same matrix goes to SuperLU, which pivots freely.
 """
 
 import ctypes
@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mechanics import libraries
+from mechanics import block_kernels, blocks, libraries
 from mechanics.assembly import Pattern
 from mechanics.kernels import FACTOR, SOLVE, callback, factor_at, kernel, outside_at, solve_at
 
@@ -183,13 +183,10 @@ EXACT = 1e-9
 def _blocks(
     pattern: Pattern, node_of: Indices, symmetric: bool, massive: NDArray[np.bool_]
 ) -> Solver:
-    from mechanics import blocks
-
-    rank = blocks.ranks(pattern.indptr, pattern.indices, massive)
-    parts = blocks.arrange(pattern.indptr, pattern.indices, node_of, rank)
-    inner, size = blocks.lay_out(pattern.indptr, pattern.indices, parts, symmetric)
+    parts = blocks.arrange(pattern, node_of, blocks.ranks(pattern, massive))
+    inner, size = blocks.lay_out(pattern, parts, symmetric)
     make = partial(libraries.find, "superlu", pattern, symmetric)
-    addresses = *blocks.kernels(symmetric), *_addresses(make(), pattern)
+    addresses = *block_kernels.kernels(symmetric), *_addresses(make(), pattern)
     head = [*addresses, pattern.size, len(pattern.indices), int(symmetric)]
     ints = np.concatenate([head, pattern.indptr, pattern.indices, inner]).astype(np.int64)
     factor, solve = kernel(FACTOR)(factor_guarded), kernel(SOLVE)(solve_guarded)
