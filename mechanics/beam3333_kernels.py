@@ -102,23 +102,25 @@ def _numerator(u, r, g):
 
 
 @njit(cache=True, error_model="numpy")
-def _squares(u, s, w, d):
-    """s = (a, b, c); w = a b - c^2 and its gradient d (3,) in them."""
+def _squares(u, s):
+    """s = (a, b, c, w), and the gradient (3,) of w = a b - c^2 in a, b, c."""
     s[:] = 0.0
     for i in range(3):
         s[0] += u[3 + i] * u[3 + i]
         s[1] += u[6 + i] * u[6 + i]
         s[2] += u[3 + i] * u[6 + i]
-    d[0], d[1], d[2] = s[1], s[0], -2.0 * s[2]
-    w[0] = s[0] * s[1] - s[2] * s[2]
+    s[3], s[4], s[5], s[6] = s[0] * s[1] - s[2] * s[2], s[1], s[0], -2.0 * s[2]
 
 
 @njit(cache=True, error_model="numpy")
-def _power(r, s, w, d, log):
+def _power(r, s, log):
     """h of a row and the gradient (3,) of its logarithm in a, b, c."""
     p, q, o = POWERS[r, 0], POWERS[r, 1], POWERS[r, 2]
-    log[0], log[1], log[2] = p * d[0] / w + q / s[0], p * d[1] / w + o / s[1], p * d[2] / w
-    return w**p * s[0] ** q * s[1] ** o
+    for i in range(3):
+        log[i] = p * s[4 + i] / s[3]
+    log[0] += q / s[0]
+    log[1] += o / s[1]
+    return s[3] ** p * s[0] ** q * s[1] ** o
 
 
 @njit(cache=True, error_model="numpy")
@@ -131,15 +133,21 @@ def _square_gradients(u, g):
 
 
 @njit(cache=True, error_model="numpy")
-def _strain(u, r, G, gs):
-    """Strain of a row and its gradient G (15,); gs as ``_square_gradients``."""
-    s, d, log, w = np.empty(3), np.empty(3), np.empty(3), np.empty(1)
-    _squares(u, s, w, d)
+def _strain(u, r, s, gs, log, G):
+    """Strain of a row and its gradient G (15,); s and gs as ``_squares`` and their gradients."""
     x = _numerator(u, r, G)
-    h = _power(r, s, w[0], d, log)
+    h = _power(r, s, log)
     for j in range(15):
         G[j] = h * (G[j] + x * (log[0] * gs[0, j] + log[1] * gs[1, j] + log[2] * gs[2, j]))
     return x * h
+
+
+@njit(cache=True, error_model="numpy")
+def _dot(G, w):
+    total = 0.0
+    for j in range(15):
+        total += G[j] * w[j]
+    return total
 
 
 @njit(cache=True, error_model="numpy")
@@ -166,17 +174,14 @@ def _numerator_second(u, r, factor, H):
 
 
 @njit(cache=True, error_model="numpy")
-def _second(u, r, gs, H):
-    """Second derivatives H (15, 15) of the strain of a row."""
-    s, d, log, w, g = np.empty(3), np.empty(3), np.empty(3), np.empty(1), np.empty(15)
-    Q = np.zeros((3, 3))
-    _squares(u, s, w, d)
+def _second(u, r, s, gs, log, g, Q, H):
+    """Second derivatives H (15, 15) of the strain of a row; log, g (15,), Q (3, 3): scratch."""
     x = _numerator(u, r, g)
-    h = _power(r, s, w[0], d, log)
-    p = POWERS[r, 0] / w[0]
+    h = _power(r, s, log)
+    p = POWERS[r, 0] / s[3]
     for i in range(3):
         for j in range(3):
-            Q[i, j] = x * h * (log[i] * log[j] - p * d[i] * d[j] / w[0])
+            Q[i, j] = x * h * (log[i] * log[j] - p * s[4 + i] * s[4 + j] / s[3])
     Q[0, 0] -= x * h * POWERS[r, 1] / s[0] ** 2
     Q[1, 1] -= x * h * POWERS[r, 2] / s[1] ** 2
     Q[0, 1] += x * h * p
@@ -207,37 +212,41 @@ def _row(k):
 
 
 @njit(cache=True, error_model="numpy")
-def _at(y, v, ints, floats, p, W, u, w, gs):
-    """Weights, vectors, their rates and the gradients of a, b, c at point p."""
+def _at(y, v, ints, floats, p, W, u, w, s, gs):
+    """Weights, vectors, their rates, a, b, c, w and their gradients at point p."""
     _weights(floats, p, W)
     _vectors(y, ints, W, u)
     _vectors(v, ints, W, w)
+    _squares(u, s)
     _square_gradients(u, gs)
 
 
 @njit(cache=True, error_model="numpy")
 def evaluate(y, v, ints, floats, strains, rates):
     """Strains and their rates (n_e, 21) of all elements."""
-    W, u, w, gs, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty((3, 15)), np.empty(15)
+    W, u, w, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty(15)
+    s, gs, log = np.empty(7), np.empty((3, 15)), np.empty(3)
     for e in range(len(ints)):
         for k in range(STRAINS):
             p, r = _row(k)
-            _at(y, v, ints[e], floats[e], p, W, u, w, gs)
-            strains[e, k] = _strain(u, r, G, gs)
-            rates[e, k] = np.sum(G * w)
+            if r == 0 or r == AT_GAUSS:
+                _at(y, v, ints[e], floats[e], p, W, u, w, s, gs)
+            strains[e, k] = _strain(u, r, s, gs, log, G)
+            rates[e, k] = _dot(G, w)
 
 
 @kernel(FORCE)
 def add_force(y, v, coef, ints, floats, out):
-    W, u, w, gs, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty((3, 15)), np.empty(15)
+    W, u, w, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty(15)
+    s, gs, log = np.empty(7), np.empty((3, 15)), np.empty(3)
     for e in range(len(ints)):
         c, tau = coef[e], floats[e, 0]
         for k in range(STRAINS):
             p, r = _row(k)
             if r == 0 or r == AT_GAUSS:
-                _at(y, v, ints[e], floats[e], p, W, u, w, gs)
-            excess = _strain(u, r, G, gs) - c[STRAINS + k]
-            S = c[k] * (excess + tau * (np.sum(G * w) - c[2 * STRAINS + k]))
+                _at(y, v, ints[e], floats[e], p, W, u, w, s, gs)
+            excess = _strain(u, r, s, gs, log, G) - c[STRAINS + k]
+            S = c[k] * (excess + tau * (_dot(G, w) - c[2 * STRAINS + k]))
             for m in range(5):
                 for n in range(3):
                     for i in range(3):
@@ -246,14 +255,16 @@ def add_force(y, v, coef, ints, floats, out):
 
 @kernel(ENERGY)
 def add_energies(y, v, coef, ints, floats, out):
-    W, u, w, gs, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty((3, 15)), np.empty(15)
+    W, u, w, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty(15)
+    s, gs, log = np.empty(7), np.empty((3, 15)), np.empty(3)
     for e in range(len(ints)):
         c, tau = coef[e], floats[e, 0]
         for k in range(STRAINS):
             p, r = _row(k)
-            _at(y, v, ints[e], floats[e], p, W, u, w, gs)
-            excess, heated = _strain(u, r, G, gs) - c[STRAINS + k], c[2 * STRAINS + k]
-            rate = np.sum(G * w) - heated
+            if r == 0 or r == AT_GAUSS:
+                _at(y, v, ints[e], floats[e], p, W, u, w, s, gs)
+            excess, heated = _strain(u, r, s, gs, log, G) - c[STRAINS + k], c[2 * STRAINS + k]
+            rate = _dot(G, w) - heated
             out[0] += 0.5 * c[k] * excess * excess
             out[1] += tau * c[k] * rate * rate
             out[2] += tau * c[k] * rate * heated
@@ -278,18 +289,19 @@ def _spread(W, K, slots, data):
 @kernel(TANGENT)
 def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     """Of each strain: D (cK + cC tau) G G^T + cK (S H + D tau G (H w)^T)."""
-    W, u, w, gs, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty((3, 15)), np.empty(15)
-    H, K = np.empty((15, 15)), np.empty((15, 15))
+    W, u, w, G = np.empty((5, 3)), np.empty(15), np.empty(15), np.empty(15)
+    s, gs, log = np.empty(7), np.empty((3, 15)), np.empty(3)
+    H, K, g, Q = np.empty((15, 15)), np.empty((15, 15)), np.empty(15), np.empty((3, 3))
     for e in range(len(ints)):
         c, tau = coef[e], floats[e, 0]
         for k in range(STRAINS):
             p, r = _row(k)
             if r == 0 or r == AT_GAUSS:
-                _at(y, v, ints[e], floats[e], p, W, u, w, gs)
+                _at(y, v, ints[e], floats[e], p, W, u, w, s, gs)
                 K[:] = 0.0
-            excess = _strain(u, r, G, gs) - c[STRAINS + k]
-            S = c[k] * (excess + tau * (np.sum(G * w) - c[2 * STRAINS + k]))
-            _second(u, r, gs, H)
+            excess = _strain(u, r, s, gs, log, G) - c[STRAINS + k]
+            S = c[k] * (excess + tau * (_dot(G, w) - c[2 * STRAINS + k]))
+            _second(u, r, s, gs, log, g, Q, H)
             for b in range(15):
                 turned = 0.0
                 for j in range(15):

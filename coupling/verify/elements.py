@@ -110,7 +110,7 @@ def _elastica(shear: bool, stiffer: float = 1.0) -> tuple[float, ...]:
     """Tip of the rod; ``stiffer``: factor of its bending."""
     rod = Rod.of(SLENDER, 1e9, 0.0, shear)
     rod = rod._replace(bending_2=stiffer * rod.bending_2, bending_3=stiffer * rod.bending_3)
-    return tuple(rod_tip(rod, 1.0, PULL * Y, 10))
+    return tuple(rod_tip(rod, 1.0, PULL * Y))
 
 
 def _away(family: str, elements: int, nu: float = 0.0) -> float:

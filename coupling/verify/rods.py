@@ -48,7 +48,7 @@ def rod_tip(rod: Rod, length: float, force: Array, steps: int = 4) -> Array:
 
     def end(moment: Array, F: Array) -> Array:
         start = np.concatenate([np.zeros(3), np.eye(3).ravel(), moment])
-        found = solve_ivp(slopes, (0.0, length), start, "DOP853", args=(F,), rtol=1e-11, atol=1e-13)
+        found = solve_ivp(slopes, (0.0, length), start, "DOP853", args=(F,), rtol=1e-10, atol=1e-13)
         return found.y[:, -1]
 
     moment = np.zeros(3)
