@@ -128,6 +128,11 @@ def _energy(address, y, v, coef, ints, floats, out):
     energy_at(address)(y, v, coef, ints, floats, out)
 
 
+@njit(cache=True)
+def _respond(address, y, v, coef, ints, floats, response, split):
+    respond_at(address)(y, v, coef, ints, floats, response, split)
+
+
 def add_force(term: Any, y: Array, v: Array, coef: Array, out: Array) -> None:
     """Add the resisting force (and constraint values) of a term to ``out`` (n + m,)."""
     _force(term.force, y, v, coef, term.ints, term.floats, out)
@@ -146,6 +151,13 @@ def energies(term: Any, y: Array, v: Array, coef: Array) -> Array:
     if term.energy:
         _energy(term.energy, y, v, coef, term.ints, term.floats, out)
     return out
+
+
+def responses(term: Any, y: Array, v: Array, coef: Array) -> tuple[Array, Array]:
+    """Response (n_j, 13) and dissipative forces (n_j, 6) of a term of contacts."""
+    response, split = np.zeros((len(term.dofs), 13)), np.zeros((len(term.dofs), 6))
+    _respond(term.respond, y, v, coef, term.ints, term.floats, response, split)
+    return response, split
 
 
 def tangent_blocks(

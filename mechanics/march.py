@@ -375,7 +375,7 @@ def respond(p, y, v, coef, response, split):
             )  # fmt: skip
 
 
-@_inner
+@njit(cache=True, error_model="numpy")
 def inertia(p, a, out):
     """out (n,) = M a."""
     rows, columns = _whole(p, P_MASS_ROWS), _whole(p, P_MASS_COLUMNS)
@@ -387,7 +387,7 @@ def inertia(p, a, out):
         out[i] = total
 
 
-@_inner
+@njit(cache=True, error_model="numpy")
 def write_signals(p, t, values, coef):
     """Set the coefficients that are functions of time to their values at ``t``."""
     at = _whole(p, P_SIGNALS)
@@ -798,7 +798,7 @@ def _leaving(y, ratio, radius, stack):
     return _crossing(b, stack)
 
 
-@_inner
+@njit(cache=True, error_model="numpy")
 def onset(y, c0, c1, stack):
     """Where in (0, 1) a journal is about to leave the circle of radius c; -1 if it does not.
 
@@ -903,7 +903,7 @@ def note_approach(contact_at, coef, response, approach):
         coef[contact_at[j] + APPROACH] = approach[j]
 
 
-@_inner
+@njit(cache=True, error_model="numpy")
 def impact_duration(mass, stiffness, speed, exponent):
     """Duration [s] of an elastic impact: 2 d/v times the integral of (1 - x^(p+1))^-1/2."""
     power = exponent + 1.0
