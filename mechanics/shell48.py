@@ -102,10 +102,7 @@ class Shell48:
         sizes = np.concatenate([s.surface.sizes for s in shells])
         self._density = np.repeat([s.material.density for s in shells], quads)
         self._groups = _groups(shells, quads)
-        table = _reference(layout.q0[self.dofs].reshape(-1, 16, 3), sizes)
-        if not (table[:, :, 0] > 0.0).all():
-            bad = self.names[int(np.argmin(table[:, :, 0].min(axis=1)))]
-            raise ValueError(f"shell {bad!r}: an element has no area")
+        table = _reference(layout.q0[self.dofs].reshape(-1, 16, 3), sizes, self.names)
         slenderness = self._thickness[:, None] ** 2 / (12.0 * sizes**2)
         shares = np.minimum(1.0, MEMBRANE * slenderness)
         shares = np.column_stack([shares, np.sqrt(shares.prod(axis=1))])
@@ -187,7 +184,7 @@ def _groups(shells: Sequence[Shell], quads: Sequence[int]) -> list[line.Group]:
     return [line.Group(m, np.flatnonzero(owner == key)) for key, m in distinct.items()]
 
 
-def _reference(X: Array, sizes: Array) -> Array:
+def _reference(X: Array, sizes: Array, names: Sequence[str]) -> Array:
     """(n_e, 20, 7) weight [m^2], T, U, V, curvatures [1/m] at all points of the reference.
 
     With x, y the parameters as fractions of the element, r_1 = T r_x and r_2 = U r_x + V r_y are
@@ -197,12 +194,15 @@ def _reference(X: Array, sizes: Array) -> Array:
     nodal = np.tile(np.stack([np.ones_like(a), a, b, a * b], axis=1), 4)
     x, y, xx, yy, xy = np.einsum("gpi,eik->pegk", TABLE, nodal[:, :, None] * X)
     m = np.cross(x, y)
+    upright = np.einsum("egk,ek->eg", m, m.mean(axis=1)) > 0.0
+    if not upright.all():
+        bad = names[int(np.argmin(upright.all(axis=1)))]
+        raise ValueError(f"shell {bad!r}: an element has no area or is folded")
     area, length = np.linalg.norm(m, axis=2), np.linalg.norm(x, axis=2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        n = m / area[:, :, None]
-        T, V = 1.0 / length, length / area
-        U = -V * np.einsum("egk,egk->eg", x, y) / length**2
-        bxx, byy, bxy = (np.einsum("egk,egk->eg", n, c) for c in (xx, yy, xy))
+    n = m / area[:, :, None]
+    T, V = 1.0 / length, length / area
+    U = -V * np.einsum("egk,egk->eg", x, y) / length**2
+    bxx, byy, bxy = (np.einsum("egk,egk->eg", n, c) for c in (xx, yy, xy))
     b22 = U * U * bxx + 2.0 * U * V * bxy + V * V * byy
     bending = [T * T * bxx, b22, 2.0 * T * (U * bxx + V * bxy)]
     return np.stack([area * WEIGHTS, T, U, V, *bending], axis=2)
