@@ -7,8 +7,18 @@ from scipy.spatial.transform import Rotation
 from slopes import expected_jacobian, force, jacobian
 
 from mechanics import loads
-from mechanics.description import Beam, Force, Moment, Particle, RigidBody, Site, Torque
+from mechanics.description import (
+    Beam,
+    Description,
+    Force,
+    Moment,
+    Particle,
+    RigidBody,
+    Site,
+    Torque,
+)
 from mechanics.layout import Layout
+from mechanics.system import System
 from meshes.materials import constant_material
 from meshes.sections import circle
 
@@ -178,6 +188,21 @@ def test_gravity_is_mass_times_acceleration():
     for first in (0, 12, 24, 36, 42, 48, 54, 57):
         field[first : first + 3] = GRAVITY
     assert external(terms, layout.q0) == pytest.approx(diagonal * field)
+
+
+def test_weight_of_beams_and_bodies():
+    """Consistent with a cubic axis: q h/2 and q h^2/12 at each end of an element of length h."""
+    terms, layout = build(gravity=GRAVITY, mass=System(Description(BODIES)).mass)
+    Q = external(terms, layout.q0)
+    line = STEEL.density * ROD.area
+    for name, size in (("arm", 12), ("rope", 6)):
+        first = layout.node_dofs[name][0]
+        f = Q[first : first + 3 * size].reshape(3, size // 3, 3) / line
+        ends = [GRAVITY / 2, GRAVITY / 12, GRAVITY, 0 * GRAVITY]
+        assert np.array([*f[0, :2], *f[1, :2]]) == pytest.approx(np.array(ends), abs=1e-12)
+        assert not f[:, 2:].any()
+    assert Q[layout.node_dofs["ball"][0] :][:6] == pytest.approx([*4.0 * GRAVITY, *2.0 * GRAVITY])
+    assert not Q[layout.node_dofs["hub"][0] + 3 :].any()
 
 
 @pytest.mark.parametrize(

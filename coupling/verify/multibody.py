@@ -109,6 +109,7 @@ def pendulum() -> list[Result]:
 _SCHEMES = {
     "HHT, alpha = -.1": (HHT, 2.0),
     "generalised-alpha, rho = .8": (ALPHA, 2.0),
+    "HHT, velocities projected": (replace(HHT, constraints="projected"), 2.0),
     "BDF2": (Scheme("bdf2", newton_tolerance=m.TIGHT), 2.0),
     "backward Euler": (Scheme("backward-euler", newton_tolerance=m.TIGHT), 1.0),
 }
