@@ -1,10 +1,11 @@
 """Sparse solvers of other people, with pivoting, behind one door.
 
-SuperLU comes with scipy. PARDISO is used where an ``mkl`` wheel lies in the environment, UMFPACK
-and KLU where ``scikits.umfpack`` or ``sksparse`` can be imported.
+SuperLU comes with scipy. PARDISO can be used where an ``mkl`` wheel lies in the environment, UMFPACK
+where ``scikits.umfpack`` can be imported.
 """
 
 import ctypes
+import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -80,28 +81,19 @@ def _umfpack(pattern: Pattern, symmetric: bool) -> Library:
     return _keeping("umfpack", factorise)
 
 
-def _klu(pattern: Pattern, symmetric: bool) -> Library:
-    klu = import_module("sksparse.klu")
-
-    def factorise(data: Array) -> Callable[[Array], Array] | None:
-        try:
-            return klu.klu_factor(pattern.matrix(data)).solve
-        except (RuntimeError, ValueError):
-            return None
-
-    return _keeping("klu", factorise)
-
-
 # -- PARDISO ---------------------------------------------------------------------------------------
 
 SYMMETRIC_INDEFINITE, UNSYMMETRIC = -2, 11
-ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
-FROM_ZERO, SCALING, MATCHING, TRANSPOSED, IN_PLACE, PIVOT = 34, 10, 12, 11, 5, 9
+ANALYSE, FACTORISE, SOLVE = 11, 22, 33
+OWN, ORDERING, PIVOT, SCALING, TRANSPOSED, MATCHING, PERTURBED, FROM_ZERO = (
+    0, 1, 9, 10, 11, 12, 13, 34,
+)  # fmt: skip
 """Places in the array iparm of its manual."""
 
 
 def _mkl() -> Any:
-    """The runtime library of an mkl wheel."""
+    """The runtime library of an mkl wheel, on one thread unless the environment says otherwise."""
+    os.environ.setdefault("MKL_THREADING_LAYER", "SEQUENTIAL")
     names = "libmkl_rt.so*", "libmkl_rt*.dylib", "mkl_rt*.dll"
     folders = Path(sys.prefix) / "lib", Path(sys.prefix) / "Library" / "bin"
     for folder in folders:
@@ -124,9 +116,12 @@ def _pardiso(pattern: Pattern, symmetric: bool) -> Library:
     ia, ja = np.ascontiguousarray(indptr, np.int32), np.ascontiguousarray(indices[kept], np.int32)
     values, x = np.zeros(len(kept)), np.zeros(pattern.size)
     memory, iparm = np.zeros(64, np.int64), np.zeros(64, np.int32)
-    iparm[[0, FROM_ZERO, SCALING, MATCHING]] = 1
-    iparm[1], iparm[PIVOT], iparm[TRANSPOSED] = 2, 8 if symmetric else 13, 0 if symmetric else 2
+    iparm[[OWN, FROM_ZERO, SCALING, MATCHING]] = 1
+    iparm[ORDERING], iparm[PIVOT] = 2, 8 if symmetric else 13
+    iparm[TRANSPOSED] = 0 if symmetric else 2  # the columns of a matrix are rows of its transpose
     kind = SYMMETRIC_INDEFINITE if symmetric else UNSYMMETRIC
+
+    analysed: list[bool] = []
 
     def call(phase: int, b: Array) -> int:
         error, zero, one = ctypes.c_int(0), ctypes.c_int(0), ctypes.c_int(1)
@@ -145,7 +140,10 @@ def _pardiso(pattern: Pattern, symmetric: bool) -> Library:
         if not np.isfinite(data).all():
             return 1
         np.take(data, kept, out=values)
-        # the matching depends on the values, so that every factorisation begins with an analysis
+        # the matching of an earlier matrix serves as long as no pivot had to be changed
+        if analysed and not call(FACTORISE, x) and not iparm[PERTURBED]:
+            return 0
+        analysed.append(True)
         return int(bool(call(ANALYSE, x) or call(FACTORISE, x)))
 
     def solve(b: Array) -> None:
@@ -158,6 +156,5 @@ def _pardiso(pattern: Pattern, symmetric: bool) -> Library:
 MAKERS: dict[str, Callable[[Pattern, bool], Library]] = {
     "pardiso": _pardiso,
     "umfpack": _umfpack,
-    "klu": _klu,
     "superlu": _superlu,
 }
