@@ -229,14 +229,14 @@ def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
     u, w : (7,) c1, c2, c3, constant (3), 1 to divide by the length; DISTANCE: w[3] = d
     """
     a, b, p = work[0], work[1], work[2]
-    if kind == DIRECTION:
-        _point(x, 3, u, a)
-    else:
+    if kind != DIRECTION:
         for i in range(3):
             a[i] = x[i] - x[9 + i] + origin[i]
     if kind == DISTANCE:
         return _distance(a, w[3], weight, gradient, bend)
-    _point(x, 12, w, b)
+    for end in range(2):
+        if end == 1 or kind == DIRECTION:
+            _point(x, 3 + 9 * end, w if end else u, b if end else a)
     length, along = 1.0, 0.0
     if w[6] != 0.0:
         length = np.sqrt(b[0] ** 2 + b[1] ** 2 + b[2] ** 2)
@@ -247,9 +247,9 @@ def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
         if kind == OFFSET:
             gradient[k] += weight * b[k]
             gradient[9 + k] -= weight * b[k]
-    if kind == DIRECTION:
-        _pull(x, 3, u, b, weight, gradient)
-    _pull(x, 12, w, p, weight, gradient)
+    for end in range(2):
+        if end == 1 or kind == DIRECTION:
+            _pull(x, 3 + 9 * end, w if end else u, p if end else b, weight, gradient)
     if bend.shape[0] > 0:
         _bend_all(kind, x, u, w, weight, length, bend, work)
     return weight * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
@@ -259,13 +259,13 @@ def evaluate(kind, x, origin, u, w, weight, gradient, bend, work):
 def _bend_all(kind, x, u, w, weight, length, bend, work):
     """Second derivatives of weight a·w, where ``evaluate`` has left a, w and ∂z/∂w in ``work``."""
     a, b, p, g, A, B, G = work[0], work[1], work[2], work[3], work[4:7], work[7:10], work[10:13]
-    _turns(x, 12, w, B, g, G)
-    _bend(x, 12, w, p, weight, g, G, bend)
+    for end in range(2):
+        if end == 1 or kind == DIRECTION:
+            o, c = 3 + 9 * end, w if end else u
+            _turns(x, o, c, B if end else A, g, G)
+            _bend(x, o, c, p if end else b, weight, g, G, bend)
     if w[6] != 0.0:
         _bend_unit(a, b, B, length, weight, bend)
-    if kind == DIRECTION:
-        _turns(x, 3, u, A, g, G)
-        _bend(x, 3, u, b, weight, g, G, bend)
     _across(kind, A, B, weight, bend)
 
 
@@ -273,8 +273,9 @@ def _bend_all(kind, x, u, w, weight, length, bend, work):
 def _row(y, c, ints, floats, x, w, gradient, bend, work):
     """Φ of one row; ``gradient`` and ``bend`` by r, p, s of both ends are overwritten."""
     K = (ints.size - VECTORS) // 2
-    gather(y, ints[VECTORS:], floats[WEIGHTS:], ints[4], x, 0)
-    gather(y, ints[VECTORS + K :], floats[WEIGHTS + 3 * K :], ints[5], x, 9)
+    for end in range(2):
+        vectors, weights = ints[VECTORS + K * end :], floats[WEIGHTS + 3 * K * end :]
+        gather(y, vectors, weights, ints[4 + end], x, 9 * end)
     own = c + y[ints[1]] if ints[1] >= 0 else c
     gradient[:] = 0.0
     bend[:] = 0.0
