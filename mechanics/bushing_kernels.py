@@ -156,8 +156,8 @@ def _product(R, end, a, m, other, b, n):
 
 
 @njit(cache=True, error_model="numpy")
-def _curve(stress, k, floats, R, x, ints, h, B, H):
-    """B (18, 18) += stress times the second derivative of strain k."""
+def _curve(k, floats, R, x, ints, h, B, H):
+    """B (18, 18) += second derivative of strain k."""
     for a in range(18):
         for b in range(18):
             end, other = a // 9, b // 9
@@ -167,13 +167,13 @@ def _curve(stress, k, floats, R, x, ints, h, B, H):
                     column = 4 * other + (0 if b % 9 < 3 else 1 if n else 1 + b % 9 // 3)
                     Q = floats[_FORM + 64 * k + 8 * row + column]
                     if Q != 0.0:
-                        B[a, b] += stress * Q * _product(R, end, a % 9, m, other, b % 9, n)
+                        B[a, b] += Q * _product(R, end, a % 9, m, other, b % 9, n)
     for end in range(2):
         if ints[ints.size // 2 * end] >= 0:
             _bend(x[end, 1:], h[4 * end + 1], H)
             for a in range(6):
                 for b in range(6):
-                    B[9 * end + 3 + a, 9 * end + 3 + b] += stress * H[a, b]
+                    B[9 * end + 3 + a, 9 * end + 3 + b] += H[a, b]
 
 
 @njit(cache=True, error_model="numpy")
@@ -208,7 +208,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
             value, rate = _strain(k, floats[e], Z, U, h)
             _reduce(h, R, f)
             C[:] = 0.0
-            _curve(1.0, k, floats[e], R, x, ints[e], h, C, H)
+            _curve(k, floats[e], R, x, ints[e], h, C, H)
             stiffness, damping = floats[e, k], floats[e, 6 + k]
             stress = stiffness * value + damping * rate
             for b in range(18):

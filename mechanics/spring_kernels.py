@@ -44,11 +44,14 @@ def _path(y, v, ints, floats, width, x, u, n, size, b):
             x[p, i] += floats[LAW + 3 * p + i]
             b[p, i] = 0.0
     for s in range(count - 1):
-        d = x[s + 1] - x[s]
-        size[s] = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        square = 0.0
+        for i in range(3):
+            n[s, i] = x[s + 1, i] - x[s, i]
+            square += n[s, i] * n[s, i]
+        size[s] = np.sqrt(square)
         length += size[s]
         for i in range(3):
-            n[s, i] = d[i] / size[s]
+            n[s, i] /= size[s]
             b[s, i] -= n[s, i]
             b[s + 1, i] += n[s, i]
             rate += n[s, i] * (u[s + 1, i] - u[s, i])
@@ -107,10 +110,11 @@ def _turning(count, u, n, size, turning):
     """d(rate)/dx of each point: how the segments turn."""
     turning[:] = 0.0
     for s in range(count - 1):
-        d = u[s + 1] - u[s]
-        along = n[s, 0] * d[0] + n[s, 1] * d[1] + n[s, 2] * d[2]
+        along = 0.0
         for i in range(3):
-            across = (d[i] - along * n[s, i]) / size[s]
+            along += n[s, i] * (u[s + 1, i] - u[s, i])
+        for i in range(3):
+            across = (u[s + 1, i] - u[s, i] - along * n[s, i]) / size[s]
             turning[s, i] -= across
             turning[s + 1, i] += across
 
