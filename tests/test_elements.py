@@ -38,23 +38,6 @@ def clamped(q, node=12):
     return np.setdiff1d(np.arange(q.size), held)
 
 
-def test_frequency_of_a_heated_cantilever_grows_with_its_section():
-    """f^2 ~ E I/(m l^3), I and l of the expanded body, its mass m constant: E (1 + e)."""
-    hot, squares = COLD + 150.0, []
-    for material, T in ((PAPER, COLD), (PAPER, hot)):
-        case = make("beam3243", "straight", 6, material=material)
-        q = case.q
-        coef = case.coefficients(T)
-        q = q * (1.0 + material.thermal_strain(T, COLD))
-        free = clamped_and_breathing(q)
-        K = case.matrix(q, 0 * q, coef)[np.ix_(free, free)]
-        M = case.mass()[np.ix_(free, free)]
-        squares.append(eigh(K, M, eigvals_only=True, subset_by_index=[0, 0])[0])
-    strain = PAPER.thermal_strain(hot, COLD)
-    ratio = PAPER.youngs_modulus(hot) / PAPER.youngs_modulus(COLD) * (1.0 + strain)
-    assert squares[1] / squares[0] == pytest.approx(ratio, rel=2e-5)
-
-
 @families
 def test_elongation_follows_the_modulus_along_the_bar(family):
     """Small pull F on a straight bar of uneven temperature: int F/(E(T) A) dx."""
