@@ -10,6 +10,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from mechanics.eigen import basis, negatives, saddle_solve
 from mechanics.modes import stiffness
+from mechanics.prediction import separated
 from mechanics.statics import between, load_change
 from mechanics.system import Coefficients, Factors, System
 
@@ -38,10 +39,11 @@ def buckling(
     """Lowest load factors above ``fraction`` at which the stiffness becomes singular.
 
     The equilibrium ``q``, ``lam`` at ``fraction`` (default: the reference, without load) is
-    continued linearly: K + (p - fraction) dK/dp has no inverse. dK/dp is taken along the path,
-    with stresses, multipliers, loads, drives and temperatures, and with the change of shape that
-    classical buckling neglects. Coefficients go from ``c0`` to ``c1``. The factors are exact as
-    far as the path is straight: close to the state, or for stiff structures.
+    continued linearly: K + (p - fraction) dK/dp has no inverse, where dK/dp is what stresses,
+    multipliers, loads and temperatures change along the path. The change of shape of beams is
+    left out, as is classical (of other bodies and springs it is included): in the square it
+    matters as much, and alone it would soften what is stiff. Coefficients go from ``c0`` to
+    ``c1``. Good for structures that change their shape little before they buckle.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def buckling(
     if negatives(K, B):
         raise ValueError("buckling is sought from a stable state, and this one is not")
     slope = _slope(system, y, c0, c1, fraction)
-    if count > (n - B.shape[0]) // 4:
+    if n - B.shape[0] < 4 * _krylov(count):
         theta, shapes = _dense(K, slope, B, count)
     else:
         theta, shapes = _lanczos(K, slope, B, count)
@@ -76,12 +78,18 @@ def _slope(
     tangent = solve(-load_change(system, y, c0, c1, fraction))
     fast = float(np.max(np.abs(tangent[:n]) / system.scale, initial=0.0))
     h = STEP / fast if fast > 0.0 else STEP
-    ahead, behind = (
-        stiffness(system, y + s * h * tangent, fraction + s * h, between(c0, c1, fraction + s * h))
-        for s in (1.0, -1.0)
-    )
-    change = (ahead[0] - behind[0]) / (2.0 * h)
+    change = csc_array((n, n))
+    for s in (h, -h):
+        at, moved = fraction + s, y + s * tangent
+        stressed, rest = separated(system, between(c0, c1, at), coef, y, s * tangent)
+        change = change + stiffness(system, y, fraction, stressed)[0] / (2.0 * s)
+        change = change + stiffness(system, moved, at, rest)[0] / (2.0 * s)
     return csc_array(0.5 * (change + change.T))
+
+
+def _krylov(count: int) -> int:
+    """Vectors of the Lanczos method; it needs a larger space of motions than that."""
+    return max(2 * count + 20, 40)
 
 
 def _dense(K: csc_array, slope: csc_array, B: csc_array, count: int) -> tuple[Array, Array]:
@@ -98,6 +106,4 @@ def _lanczos(K: csc_array, slope: csc_array, B: csc_array, count: int) -> tuple[
     operator = LinearOperator((n, n), matvec=inverse, dtype=float)
     first = inverse(np.random.default_rng(0).standard_normal(n))
     held = csc_array(0.5 * (K + K.T))
-    return eigsh(
-        -slope, count, held, Minv=operator, which="LA", v0=first, ncv=max(2 * count + 20, 40)
-    )
+    return eigsh(-slope, count, held, Minv=operator, which="LA", v0=first, ncv=_krylov(count))

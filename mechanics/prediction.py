@@ -29,6 +29,22 @@ def predicted(
     )
 
 
+def separated(
+    system: System, coef: Coefficients, base: Coefficients, y: Array, step: Array
+) -> tuple[Coefficients, Coefficients]:
+    """Coefficients with which stresses, and with which all else, follow the change ``step``.
+
+    The first leave at ``y`` the stresses that ``coef`` and the step predict, where that is known,
+    and are ``base`` elsewhere. The second are ``coef``, without stiffness where that is known.
+    """
+    stressed, rest = [], []
+    for term, c, b in zip(system.terms, coef, base, strict=True):
+        known = _shifted(term, c, y, step, y)
+        stressed.append(b if known is c else known)
+        rest.append(c if known is c else np.zeros_like(c))
+    return tuple(stressed), tuple(rest)
+
+
 def _shifted(term: Any, coef: Array, y: Array, step: Array, new: Array) -> Array:
     if term.name != "beam3243":
         return coef
