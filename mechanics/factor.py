@@ -82,7 +82,7 @@ def choose(
     node_of: Indices,
     symmetric: bool,
     prefer: str | None = None,
-    massive: NDArray[np.bool_] | None = None,
+    rank: Indices | None = None,
 ) -> Solver:
     """The solver for a pattern.
 
@@ -91,15 +91,16 @@ def choose(
     node_of : (n + m,) int  block of each unknown: its node, or its joint
     symmetric : whether matrices are symmetric
     prefer : "dense", "blocks", or a library of ``libraries.MAKERS``; None or "auto": by size
-    massive : (n + m,) bool  coordinates with a mass; by default guessed: no multipliers, which
-        come last and do not know one another, and no coordinate that is alone in its block
+    rank : (n + m,) int  0 for coordinates with a mass, more for others; by default guessed:
+        multipliers come last and do not know one another, and a coordinate that is alone in its
+        block has no mass
     """
     if prefer in (None, "auto"):
         prefer = "dense" if pattern.size <= DENSE else "blocks"
     if prefer == "dense":
         return _dense(pattern)
     if prefer == "blocks":
-        massive = _guessed(pattern, node_of) if massive is None else massive
+        massive = _guessed(pattern, node_of) if rank is None else np.asarray(rank) == 0
         return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, massive)
     return _outside(partial(libraries.find, str(prefer), pattern, symmetric), pattern)
 
