@@ -18,8 +18,11 @@ from joint_cases import (
     rotation,
 )
 
+from coupling.verify.models import elastic, straight
 from mechanics.description import (
+    Clamp,
     Cylindrical,
+    Description,
     Gear,
     Latch,
     Particle,
@@ -32,7 +35,10 @@ from mechanics.description import (
     TorsionSpring,
     Universal,
 )
+from mechanics.dynamics import Control, Window, advance, initial_state
 from mechanics.layout import Layout
+from mechanics.system import System
+from meshes.sections import rectangle
 
 
 def ground(*position):
@@ -384,3 +390,59 @@ def test_axis_of_a_slide_is_that_of_its_second_end():
     assert np.abs(rows.values(q)).max() < 1e-14
     q[at : at + 3] += 0.1 * rotation(DIAGONAL, 0.8) @ X
     assert np.linalg.norm(rows.values(q)) == pytest.approx(0.1)
+
+
+# -- in motion ---------------------------------------------------------------------------------
+
+
+def run(description, times, control):
+    """Motions at the given times, and the last reason."""
+    system = System(description)
+    coef = system.coefficients(np.tile([293.15, 0.0, 0.0], (len(system.layout.x), 1)))
+    state, why = initial_state(system, control, coef)
+    motions = []
+    for h in np.diff(times, prepend=0.0):
+        if not why:
+            state, _, why = advance(
+                system, control, state, Window(state.motion.t, h, coef, coef)
+            )  # fmt: skip
+            motions.append(state.motion)
+    return system, motions, why
+
+
+def test_bead_slides_down_a_stiff_beam_and_off_its_end():
+    """s = s0 + g sin(slope) t^2/2, but for what the beam yields."""
+    slope, start = 0.3, 0.3
+    rail = straight(2.0, 4, rectangle(0.05, 0.05), elastic(70e9, 0.3, 2700.0))
+    joints = [
+        Clamp("near", Site("beam"), ground(0, 0, 0)),
+        Clamp("far", Site("beam", -1), ground(2, 0, 0)),
+        Sliding("slide", Site("bead"), "beam"),
+    ]
+    down = 9.81 * np.array([np.sin(slope), 0.0, -np.cos(slope)])
+    scene = Description([rail, Particle("bead", start * X, 0.1)], joints, gravity=down)
+    system, motions, why = run(scene, [0.4, 0.8, 1.2], Control(1e-6, 1e-2))
+    place = system.layout.joint_dofs["slide.place"]
+    for motion in motions[:2]:
+        expected = start + 0.5 * 9.81 * np.sin(slope) * motion.t**2
+        assert motion.q[place] == pytest.approx(expected, rel=1e-3)
+    assert "joint 'slide' slides off the end of 'beam'" in why
+
+
+def test_falling_bar_is_caught_by_its_latch_and_stays():
+    bar = rigid("bar", X, 0.0)
+    joints = [
+        Revolute("pivot", Site("bar", offset=-X), ground(0, 0, 0), Z),
+        Latch("latch", "pivot", -0.8),
+    ]
+    scene = Description([bar], joints, gravity=np.array([0.0, -9.81, 0.0]))
+    system, motions, why = run(scene, [0.2, 0.6, 1.0], Control(1e-6, 1e-2))
+    assert not why
+    turn = system.layout.joint_dofs["pivot.turn"]
+    assert -0.8 < motions[0].q[turn] < -0.1
+    for motion in motions[1:]:
+        assert motion.q[turn] == pytest.approx(-0.8, abs=1e-9)
+        assert np.abs(motion.v).max() < 1e-9
+        moment = 2.0 * 9.81 * np.cos(0.8)
+        row = [name == "latch" for name in system.row_names].index(True)
+        assert abs(motion.lam[row]) == pytest.approx(moment, rel=1e-6)
