@@ -17,6 +17,7 @@ AREAS = (
     "heat",
     "thermoelastic",
     "shells",
+    "thick_shells",
     "stability",
 )
 
