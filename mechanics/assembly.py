@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
@@ -69,11 +68,3 @@ def _keys(size: int, rows: Indices, columns: Indices) -> NDArray[np.int64]:
     absent = (rows[:, :, None] < 0) | (columns[:, None, :] < 0)
     return np.where(absent, size * size, keys)
 
-
-@njit(cache=True)
-def scatter(blocks, slots, data):
-    """Add flattened block entries to their slots; blocks and slots have the same shape."""
-    b = blocks.ravel()
-    s = slots.ravel()
-    for i in range(b.size):
-        data[s[i]] += b[i]

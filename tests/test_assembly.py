@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
 
-from mechanics.assembly import pattern, scatter
+from mechanics.assembly import pattern
 from mechanics.description import (
     Beam,
     ClearanceRevolute,
@@ -21,7 +20,7 @@ from mechanics.description import (
     Site,
     Spherical,
 )
-from mechanics.factor import DENSE, factorise
+from mechanics.march import APPROACH
 from mechanics.system import Factors, System
 from meshes.generate import line
 from meshes.materials import library_material
@@ -63,7 +62,7 @@ def test_scattered_blocks_equal_dense_assembly(seed):
     data = shape.zeros()
     for (_, _, blocks), where in zip(made, slots, strict=True):
         assert where.shape == blocks.shape
-        scatter(blocks, where, data)
+        np.add.at(data, where, blocks)
     np.testing.assert_allclose(shape.matrix(data).toarray(), dense(size, made), rtol=0, atol=1e-14)
 
 
@@ -82,24 +81,9 @@ def test_absent_entries_go_to_the_spare_slot():
     rows = np.array([[0, -1]])
     shape, (slots,) = pattern(2, [(rows, rows)])
     data = shape.zeros()
-    scatter(np.array([[[3.0, 5.0], [7.0, 11.0]]]), slots, data)
+    np.add.at(data, slots, np.array([[[3.0, 5.0], [7.0, 11.0]]]))
     assert data[-1] == 23.0
     assert np.array_equal(shape.matrix(data).toarray(), [[3.0, 0.0], [0.0, 0.0]])
-
-
-@pytest.mark.parametrize("size", [20, DENSE + 30])
-def test_factors_solve_and_singular_matrices_give_none(size):
-    rng = np.random.default_rng(1)
-    i = np.arange(size)[:, None]
-    near = np.hstack([i, (i + 1) % size])
-    shape, (slots,) = pattern(size, [(near, near)])
-    data = shape.zeros()
-    scatter(rng.standard_normal(slots.shape) + 3.0 * np.eye(2), slots, data)
-    b = rng.standard_normal(size)
-    solve = factorise(shape, data)
-    np.testing.assert_allclose(solve(b), spsolve(shape.matrix(data), b), rtol=1e-10)
-    assert factorise(shape, np.zeros_like(data)) is None
-    assert factorise(shape, np.full_like(data, np.nan)) is None
 
 
 # ------------------------------------------------------------------------- the system matrix
@@ -142,7 +126,7 @@ def everything():
 
 
 class Moving(NamedTuple):
-    """A system somewhere on its way; see ``mechanics.hht.Motion``."""
+    """A system somewhere on its way; the coefficients know of a running impact."""
 
     system: System
     q: np.ndarray
@@ -150,19 +134,28 @@ class Moving(NamedTuple):
     t: float
     lam: np.ndarray
     coef: tuple
-    approach: np.ndarray
+
+    def all_forces(self, q, v, lam=None):
+        """All forces but inertia, those of the constraints included, and the constraints."""
+        y = self.system.unknowns(q, self.lam if lam is None else lam)
+        return self.system.residual(y, self.padded(v), self.t, self.coef)
 
     def force(self, q, v):
         """Internal, contact and minus external force."""
-        return self.system.force(q, v, self.t, self.coef, self.approach)
+        return self.all_forces(q, v, np.zeros(self.system.m))[: self.system.n]
 
     def constraint_force(self, q):
-        return self.system.constraint_force(q, self.t, self.lam)
+        y = self.system.unknowns(q, self.lam)
+        return self.system.constraint_force(y, self.t, self.coef)
+
+    def padded(self, v):
+        return np.concatenate([v, np.zeros(self.system.m)])
 
     def matrix(self, *factors, lam=None):
         """Dense system matrix."""
         lam = self.lam if lam is None else lam
-        arguments = self.q, self.v, self.t, lam, self.coef, self.approach, Factors(*factors)
+        y, v = self.system.unknowns(self.q, lam), self.padded(self.v)
+        arguments = y, v, self.t, self.coef, Factors(*factors)
         return self.system.pattern.matrix(self.system.matrix(*arguments)).toarray()
 
     def block(self, *factors, **more):
@@ -192,7 +185,8 @@ def moving():
     T = np.tile([ROOM, 0.0, 0.0], (len(system.layout.x), 1))
     T += rng.uniform(-1.0, 1.0, T.shape) * [40.0, 300.0, 300.0]
     coef, lam = system.coefficients(T), 50.0 * rng.standard_normal(system.m)
-    return Moving(system, q, v, 0.4, lam, coef, np.array([0.2]))
+    coef[-1][:, APPROACH] = 0.2
+    return Moving(system, q, v, 0.4, lam, coef)
 
 
 def assert_rows_agree(actual, expected, tolerance):
@@ -203,8 +197,8 @@ def assert_rows_agree(actual, expected, tolerance):
 
 def test_the_contact_is_at_work(moving):
     """All parts of the contact force are there, or the tests below would not see them."""
-    system, coef = moving.system, moving.coef[-1]
-    response = system.contact.response(moving.q, moving.v, coef, moving.approach)[0]
+    system, y = moving.system, moving.system.unknowns(moving.q)
+    response = system.respond(y, moving.padded(moving.v), moving.coef)[0]
     column = dict(zip(system.contact.columns, response, strict=True))
     assert column["penetration"] > 0.01 * CLEARANCE
     assert min(abs(column["dissipative_force"]), abs(column["friction_force"])) > 1.0
@@ -230,7 +224,9 @@ def test_damping_block_is_the_derivative_of_all_forces_by_velocities(moving):
 def test_constraint_rows_are_the_derivative_of_the_constraints(moving):
     system, n = moving.system, moving.system.n
     A = moving.matrix(1.0, 1.0, 1.0)
-    expected = moving.differences(lambda q: system.constraints.values(q, moving.t), moving.q)
+    expected = moving.differences(
+        lambda q: system.constraints(system.unknowns(q), moving.t, moving.coef), moving.q
+    )
     assert_rows_agree(A[n:, :n] * system.scale, expected, 1e-7)
     assert np.array_equal(A[:n, n:], A[n:, :n].T)
     assert not A[n:, n:].any()
@@ -262,11 +258,17 @@ def test_multipliers_bring_the_curvature_of_the_constraints(moving):
 
 
 def test_forces_at_rest_are_the_gradient_of_the_stored_energies(moving):
-    system, coef = moving.system, moving.coef
-    begun = np.zeros(1)  # no impact runs: the normal force is elastic
-    force = system.force(moving.q, np.zeros(system.n), moving.t, coef, begun)
-    force += system.external(moving.q, moving.t)
-    expected = moving.differences(lambda q: np.array([sum(system.energy(q, coef))]), moving.q)[0]
+    system, rest = moving.system, moving.padded(np.zeros(moving.system.n))
+    calm = [c.copy() for c in moving.coef]
+    calm[-1][:, APPROACH] = 0.0  # no impact runs: the normal force is elastic
+    y, coef = system.unknowns(moving.q), tuple(calm)
+    force = system.residual(y, rest, moving.t, coef)[: system.n]
+    force += system.external(y, moving.t, coef)
+
+    def stored(q):
+        return np.array([system.energies(system.unknowns(q), rest, coef)[:2].sum()])
+
+    expected = moving.differences(stored, moving.q)[0]
     assert np.abs(force * system.scale - expected).max() <= 1e-6 * np.abs(expected).max()
 
 
@@ -288,5 +290,5 @@ def test_coordinates_and_rows_are_named(moving):
     system = moving.system
     assert system.name_of(0) == "arm node 0 position x (joint pin)"
     assert system.name_of(12 + 1) == "arm node 1 position y"
-    assert system.name_of(system.n) == "joint pin"
-    assert system.name_of(system.n + system.m - 1) == "joint rod"
+    named = {system.name_of(system.n + row) for row in range(system.m)}
+    assert named == {f"joint {name}" for name in ("pin", "elbow", "knot", "rod")}

@@ -96,10 +96,11 @@ def test_impacts_and_damping_take_energy():
 def test_the_hinge_is_in_contact_and_the_journal_stays_in_its_bearing():
     done = run()
     motion = done.last.motion.motion
-    contact = done.model.motion_solver.system.contact
+    system = done.model.motion_solver.system
     coef = done.model.motion_solver.coefficients(done.model.sections(done.last))
-    response = contact.response(motion.q, motion.v, coef[-1], motion.approach)[0]
-    at = dict(zip(contact.columns, response, strict=True))
+    v = np.concatenate([motion.v, np.zeros(system.m)])
+    response = system.respond(system.unknowns(motion.q), v, coef)[0]
+    at = dict(zip(system.contact.columns, response, strict=True))
     assert motion.approach[0] != 0.0
     assert at["penetration"] < 0.05 * at["clearance"]
     assert np.hypot(at["y1"], at["y2"]) == pytest.approx(
@@ -180,7 +181,7 @@ def test_prescribed_temperatures_move_the_arm_as_solved_ones_do():
 
 def test_the_first_seconds_take_few_steps():
     """20 ms where nothing happens, some hundred steps for the first contacts."""
-    accepted, refused, corrections = run().last.motion.counts
+    accepted, refused, corrections, _ = run().last.motion.counts
     assert accepted < 1000
     assert refused < 0.1 * accepted
     assert corrections < 6 * accepted
