@@ -8,7 +8,7 @@ from rich.console import Console
 
 from coupling.errors import BadCase
 from coupling.verify import registry, table
-from coupling.verify.registry import AREAS, Check, Problem, problem, problems
+from coupling.verify.registry import AREAS, Check, Convergence, Problem, problem, problems
 
 SLOW = {"dynamics: flying spaghetti"}  # more than 5 s
 
@@ -24,15 +24,16 @@ def _parameter(p):
 
 @pytest.mark.parametrize("solved", [_parameter(p) for p in problems()])
 def test_problem(solved):
-    checks = solved.solve()
-    assert checks
-    assert all(isfinite(c.tolerance) and c.tolerance >= 0.0 for c in checks)
-    failed = [
-        f"{c.name}: {c.value} instead of {c.reference}, {c.error:.2g}"
-        for c in checks
-        if not c.passed
-    ]
-    assert not failed
+    results = solved.solve()
+    assert results
+    assert all(isfinite(r.tolerance) and r.tolerance >= 0.0 for r in results)
+    assert not [_said(r) for r in results if not r.passed]
+
+
+def _said(result):
+    if isinstance(result, Convergence):
+        return f"{result.name}: order {result.order:.2f} instead of {result.theory}"
+    return f"{result.name}: {result.value} instead of {result.reference}, {result.error:.2g}"
 
 
 def test_slow_ones_exist():
@@ -74,6 +75,35 @@ def test_what_is_no_number_never_passes(numbers, absolute):
 def test_nothing_is_relative_to_zero(value):
     assert not Check("", value, 0.0, 1e-3).passed
     assert Check("", value, 0.0, 1.0, absolute=True).passed
+
+
+# -- convergence -------------------------------------------------------------------------------
+
+
+def _convergence(order, sizes=(4, 8, 16), theory=2.0, tolerance=0.1):
+    falling = sizes[0] > sizes[-1]
+    errors = [0.3 * s ** (order if falling else -order) for s in sizes]
+    return Convergence("rows", sizes, errors, theory, tolerance)
+
+
+@pytest.mark.parametrize("sizes", [(4, 8, 16), (3, 5, 21, 40), (0.1, 0.05, 0.01)])
+@pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
+def test_observed_order(order, sizes):
+    rows = _convergence(order, sizes)
+    assert rows.order == pytest.approx(order)
+    assert rows.orders == pytest.approx([order] * (len(sizes) - 1))
+
+
+@pytest.mark.parametrize(
+    ("order", "passed"), [(2.0, True), (2.09, True), (1.91, True), (1.85, False), (2.2, False)]
+)
+def test_the_order_must_be_that_of_the_theory_to_either_side(order, passed):
+    assert _convergence(order).passed is passed
+
+
+@pytest.mark.parametrize("errors", [(1.0, 0.25), (1.0, 0.0, 0.1), (1.0, nan, 0.1), (1.0, inf, 0.1)])
+def test_rows_without_an_order_never_pass(errors):
+    assert not Convergence("rows", (1, 2, 4)[: len(errors)], errors, 2.0, 10.0).passed
 
 
 # -- registry ----------------------------------------------------------------------------------
@@ -127,10 +157,22 @@ def _broken():
         (lambda: [Check("sag", 2.0, 2.0, 0.1, "m")], True, "all pass"),
         (lambda: [Check("sag", 2.0, 2.0, 0.1), Check("tip", 2.0, 1.0, 0.1)], False, "1 FAIL"),
         (lambda: [Check("sag", nan, 2.0, 0.1)], False, "nan"),
+        (lambda: [_convergence(2.0)], True, "2.00"),
+        (lambda: [_convergence(1.0)], False, "-1.00"),
+        (lambda: [Convergence("rows", (1, 2), (1.0, 0.0), 2.0, 0.1)], False, "-inf"),
         (lambda: [], False, "nothing was checked"),
         (_broken, False, "RuntimeError: no equilibrium"),
     ],
-    ids=["good", "one of two bad", "not a number", "empty", "raises"],
+    ids=[
+        "good",
+        "one of two bad",
+        "not a number",
+        "order",
+        "wrong order",
+        "none",
+        "empty",
+        "raises",
+    ],
 )
 def test_table(monkeypatch, solve, passed, said):
     verdict, text = _shown(monkeypatch, solve)
