@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 RESERVOIR = "reservoir"
+ROUNDING = 1e-6
+"""How far rounding may carry a temperature beyond the data of a material [K]."""
 
 
 class PrescribedHeat:
@@ -60,7 +62,8 @@ class PrescribedHeat:
     def _fault(self, T: Array) -> str:
         for nodes, material, _, name in self._bodies:
             p = material.heat_capacity
-            for bad in T[nodes][~((T[nodes] >= p.lower) & (T[nodes] <= p.upper))]:
+            lower, upper = p.lower - ROUNDING, p.upper + ROUNDING
+            for bad in T[nodes][~((T[nodes] >= lower) & (T[nodes] <= upper))]:
                 return (
                     f"'{name}' left the range of {p.name} ({p.lower:g} K to {p.upper:g} K) "
                     f"with {bad:g} K"
