@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 FOLDER = "vtk"
+RESULTANTS = {"membrane_force": [0, 1, 2], "bending_moment": [3, 4, 5], "shear_force": [6, 7]}
+"""Columns of the resultants of shells per length: 11, 22, 12 [N/m], [N]; 1, 2 [N/m]."""
 SHOWN_JOINT_SIZE = 2.0  # enlarged gap at full clearance, in radii of the widest section
 
 
@@ -32,6 +34,14 @@ def export(results_path: Path | str, format: str = "pvd") -> list[Path]:
         return FORMATS[format](results)
 
 
+class Place(NamedTuple):
+    """A point of a body: ``offset`` (3,) [m] from a node along its axes."""
+
+    body: Body
+    node: int
+    offset: Array
+
+
 class Placement(NamedTuple):
     """Where a clearance joint is; see ``describe_group("joints/…")`` in the simulation.
 
@@ -40,8 +50,8 @@ class Placement(NamedTuple):
     directions : (2, 3) float  axes of the orbit in the first frame
     """
 
-    journal: tuple[Body, int] | None
-    bearing: tuple[Body, int] | None
+    journal: Place | None
+    bearing: Place | None
     position: Array
     directions: Array
 
@@ -52,9 +62,10 @@ def placement(results: Results, joint: str, bodies: dict[str, Body]) -> Placemen
     if "directions" not in attributes or f"joints/{joint}/orbit" not in results:
         return None
 
-    def site(name: str) -> tuple[Body, int] | None:
+    def site(name: str) -> Place | None:
         body = bodies.get(str(attributes.get(f"{name}_body", "")))
-        return (body, int(attributes[f"{name}_node"])) if body else None
+        away = np.asarray(attributes.get(f"{name}_offset", np.zeros(3)))
+        return Place(body, int(attributes[f"{name}_node"]), away) if body else None
 
     position = np.asarray(attributes.get("position", np.zeros(3)), dtype=float)
     return Placement(site("journal"), site("bearing"), position, attributes["directions"])
@@ -64,11 +75,12 @@ def orbit_plane(place: Placement, frame: int) -> tuple[Array, Array]:
     """Centre of the bearing (3,) [m] and axes of the orbit (2, 3) in a frame."""
     if place.bearing is None:
         return place.position, place.directions
-    body, node = place.bearing
+    body, node, offset = place.bearing
     if not body.axes.any():
         return body.position[frame, node], place.directions
     turned = body.axes[0, node].T @ body.axes[frame, node]  # a row vector times this is turned
-    return body.position[frame, node], place.directions @ turned
+    centre = body.position[frame, node] + offset @ body.axes[frame, node]
+    return centre, place.directions @ turned
 
 
 def _write_pvd(results: Results) -> list[Path]:
@@ -95,6 +107,8 @@ def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
         "temperature": np.concatenate([s.temperature for s in surfaces]),
         "axial_stress": np.concatenate([s.stress for s in surfaces]),
     }
+    resultants = np.concatenate([s.resultants for s in surfaces])
+    fields |= {name: resultants[:, columns] for name, columns in RESULTANTS.items()}
     cells, owners = _cells(bodies, surfaces)
     mesh = meshio.Mesh(
         np.concatenate([s.points for s in surfaces]),
@@ -114,8 +128,8 @@ def _cells(
     start = 0
     for number, (body, shape) in enumerate(zip(bodies, surfaces, strict=True)):
         count = len(shape.points)
-        kind = "quad" if body.section else "vertex"
-        cells = start + (shape.quads if body.section else np.arange(count)[:, None])
+        kind = "vertex" if body.is_point else "quad"
+        cells = start + (np.arange(count)[:, None] if body.is_point else shape.quads)
         found[kind].append(cells)
         owner[kind].append(np.full(len(cells), number))
         start += count

@@ -80,14 +80,18 @@ def _round_down(value: float) -> float:
 def _enlarged(body: Body, frames: list[int], factor: float) -> Body:
     """The chosen frames of a body, its displacements since the first one enlarged."""
     position = body.position[0] + factor * (body.position[frames] - body.position[0])
-    axes = body.axes[frames]
-    if factor != 1.0 and position.shape[1] > 1:
+    axes, patches = body.axes[frames], body.patches
+    if patches is not None and patches.slopes is not None:
+        start = patches.slopes[0]
+        patches = patches._replace(slopes=start + factor * (patches.slopes[frames] - start))
+    if factor != 1.0 and body.section is not None:
         axes = np.stack([_following(p, a) for p, a in zip(position, axes, strict=True)])
     return body._replace(
         position=position,
         axes=axes,
         temperature=None if body.temperature is None else body.temperature[frames],
         resultants=None if body.resultants is None else body.resultants[frames],
+        patches=patches,
     )
 
 
@@ -129,7 +133,7 @@ def _draw_dial(ax: "Axes", camera: Camera, bodies: list[Body], drive: Drive, sho
 
 def _mark_particles(ax: "Axes", camera: Camera, bodies: list[Body]) -> None:
     for body in bodies:
-        if body.section is None:
+        if body.is_point:
             flat = camera.project(body.position.reshape(-1, 3))
             ax.scatter(flat[:, 0], flat[:, 1], s=60, color=INK, zorder=3)
 

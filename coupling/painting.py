@@ -107,13 +107,15 @@ def _painted(camera: Camera, shape: Surface, colouring: Colouring | None) -> tup
     quads = camera.project(shape.points)[shape.quads]
     normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    if shape.is_open:
+        normal *= np.where(normal[:, 2:] < 0.0, -1.0, 1.0)
     front = normal[:, 2] > 0.0
     quads, normal = quads[front], normal[front]
-    if colouring is None:
-        base = np.tile(PLAIN, (len(quads), 1))
-    else:
-        values = getattr(shape, colouring.field)
-        base = colouring.colors(values[shape.quads[front]].mean(axis=1))
+    base = np.tile(PLAIN, (len(quads), 1))
+    if colouring is not None:
+        values = getattr(shape, colouring.field)[shape.quads[front]].mean(axis=1)
+        known = np.isfinite(values)
+        base[known] = colouring.colors(values[known])
     bright = np.clip(normal @ LIGHT, 0.0, 1.0)[:, None]
     base[:, :3] = np.clip(base[:, :3] * (0.5 + 0.6 * bright) + 0.12 * bright**8, 0.0, 1.0)
     return quads, base

@@ -53,6 +53,7 @@ def heated_bodies(results: Results) -> list[str]:
         for body in results.names("bodies")
         if f"bodies/{body}/temperature" in results
         and results[f"bodies/{body}/position"].shape[1] > 1
+        and f"surfaces/{body}/quads" not in results
     }
     return sorted(ranges, key=lambda body: -ranges[body])[:MOST_BODIES]
 

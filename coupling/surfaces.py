@@ -16,6 +16,18 @@ AROUND = 24  # points of the outline
 PIECES = 4  # pieces of an element between two nodes
 
 
+class Patches(NamedTuple):
+    """Elements of a shell, as recorded.
+
+    quads : (n_e, 4) int;  sizes : (n_e, 2) float [m]
+    slopes : (f, n, 3, 3) float  r_u, r_v [-], r_uv [1/m] at the nodes; None: straight edges
+    """
+
+    quads: Indices
+    sizes: Array
+    slopes: Array | None
+
+
 class Body(NamedTuple):
     """History of one body as recorded.
 
@@ -23,7 +35,10 @@ class Body(NamedTuple):
     axes : (f, n, 3, 3) float  rows e1, e2, e3; zeros where they are not known
     temperature : (f, n, 3) float | None  mean [K], gradients along e2 and e3 [K/m]
     resultants : (f, e, 6) float | None  N, Q2, Q3 [N], Mt, M2, M3 [N m]
-    section : None for a particle
+    section : None for all but beams and cables
+    patches : elements of a shell
+    box : (3, 3) float | None [m]  of a rigid body: rows are half edges of a solid box of the same
+        inertia, along its axes e1, e2, e3
     """
 
     name: str
@@ -32,16 +47,25 @@ class Body(NamedTuple):
     temperature: Array | None
     resultants: Array | None
     section: Section | None
+    patches: Patches | None = None
+    box: Array | None = None
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it is drawn as a point."""
+        return self.section is None and self.patches is None and self.box is None
 
 
 class Surface(NamedTuple):
-    """Swept surface of a body; temperature and stress are NaN where they are not known.
+    """Surface of a body; temperature, stress and resultants are NaN where they are not known.
 
     points : (m, 3) float [m]
     quads : (k, 4) int; none for a particle
     displacement : (m, 3) float [m]  since the first frame
     temperature : (m,) float [K]
     stress : (m,) float [Pa]  axial, without the part that is in balance within the section
+    resultants : (m, 8) float [N/m], [N]  of shells: N11, N22, N12, M11, M22, M12, Q1, Q2
+    is_open : both sides of it are seen
     """
 
     points: Array
@@ -49,6 +73,8 @@ class Surface(NamedTuple):
     displacement: Array
     temperature: Array
     stress: Array
+    resultants: Array
+    is_open: bool = False
 
 
 def read_bodies(results: Results) -> list[Body]:
@@ -67,21 +93,27 @@ def extent(body: Body) -> float:
 
 def surface(body: Body, frame: int) -> Surface:
     """Surface of ``body`` in ``frame``, smooth between the nodes."""
-    points, quads = _swept(body, frame)
-    stations = len(points) // AROUND
+    points, quads = _drawn(body, frame)
     unknown = np.full(len(points), np.nan)
-    if body.section is None:
-        temperature = None if body.temperature is None else body.temperature[frame, :, 0]
-        stress = None
-    else:
+    temperature = stress = resultants = None
+    if body.section is not None:
+        stations = len(points) // AROUND
         temperature = _wall_temperature(body, frame, stations)
         stress = _axial_stress(body, frame, stations)
+    elif body.patches is not None:
+        from coupling import patches
+
+        temperature, resultants = patches.fields(body, body.patches, frame)
+    elif body.temperature is not None:
+        temperature = body.temperature[frame, :, 0]
     return Surface(
         points,
         quads,
-        points - _swept(body, 0)[0],
+        points - _drawn(body, 0)[0],
         unknown if temperature is None else temperature,
         unknown if stress is None else stress,
+        np.full((len(points), 8), np.nan) if resultants is None else resultants,
+        body.patches is not None,
     )
 
 
@@ -134,11 +166,44 @@ def _stations(nodes: int, pieces: int) -> tuple[Indices, Array]:
     return element, (s - element * pieces) / pieces
 
 
-def _swept(body: Body, frame: int) -> tuple[Array, Indices]:
+def _drawn(body: Body, frame: int) -> tuple[Array, Indices]:
+    """Points (m, 3) [m] and quads (k, 4) of what is drawn of a body."""
+    if body.patches is not None:
+        from coupling import patches
+
+        return patches.refined(body.position[frame], body.patches, frame)
+    if body.box is not None:
+        return _box(body.position[frame, 0], body.box @ body.axes[frame, 0])
     if body.section is None:
         return body.position[frame], np.empty((0, 4), dtype=np.intp)
     points, axes = centre_line(body.position[frame], body.axes[frame])
     return generate.sweep(points, axes, body.section.outline(AROUND))
+
+
+CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], float)
+SIDES = np.array(
+    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+)
+"""Corners of a cube, and its sides seen counterclockwise from outside."""
+
+
+def _box(centre: Array, edges: Array) -> tuple[Array, Indices]:
+    """A box about ``centre`` (3,) [m] with half edges (3, 3) [m] as rows."""
+    return centre + CORNERS @ edges, SIDES
+
+
+def box_of(mass: float, inertia: Array) -> Array:
+    """(3, 3) [m]  half edges of a solid box of this mass [kg] and inertia (3, 3) [kg m^2].
+
+    J1 = m (b^2 + c^2)/12 and so on, hence a^2 = 6 (J2 + J3 - J1)/m. Edges of no length are drawn
+    with a twentieth of the longest.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
+    edges = np.sqrt(np.maximum(squares, 0.0))
+    edges = np.maximum(edges, 0.05 * edges.max())
+    rows = 0.5 * edges[:, None] * axes.T
+    return rows * np.sign(np.linalg.det(axes))
 
 
 def _wall_temperature(body: Body, frame: int, stations: int) -> Array | None:
@@ -177,22 +242,36 @@ def _along(values: Array, stations: int) -> Array:
 
 
 def _read_body(results: Results, name: str) -> Body:
-    table = results.table(f"bodies/{name}")
+    table, known = results.table(f"bodies/{name}"), results.attributes(f"bodies/{name}")
     position = table["position"]
+    box = None
+    if known.get("section_kind") == "rigid":
+        box = box_of(float(known["mass"]), np.asarray(known["inertia"]))
     return Body(
         name,
         position,
         table.get("axes", np.zeros((*position.shape, 3))),
         table.get("temperature"),
         table.get("resultants"),
-        _section(results.attributes(f"bodies/{name}")),
+        _section(known),
+        _patches(results, name, table),
+        box,
     )
 
 
+def _patches(results: Results, name: str, table: dict[str, Array]) -> Patches | None:
+    elements = results.table(f"surfaces/{name}")
+    if not elements:
+        return None
+    slopes = table.get("slopes")
+    smooth = slopes is not None and slopes[:, :, :2].any()
+    return Patches(elements["quads"], elements["sizes"], slopes if smooth else None)
+
+
 def _section(attributes: dict[str, object]) -> Section | None:
-    """The section as recorded, None for a point; what drawing does not need may be missing."""
+    """The section as recorded, None where there is none; what drawing does not need may miss."""
     kind = attributes.get("section_kind", "point")
-    if kind == "point":
+    if kind in ("point", "shell", "rigid"):
         return None
     names = (
         "area second_moment_2 second_moment_3 torsion_constant shear_factor_2 shear_factor_3 "
