@@ -48,17 +48,18 @@ def _subtract(out, factors, rows, stride, count):
 
 
 @njit(cache=True, error_model="numpy")
-def _dot(a, b):
-    n = len(a)
-    s, t, u, v = 0.0, 0.0, 0.0, 0.0
-    for k in range(0, n - 3, 4):
-        s += a[k] * b[k]
-        t += a[k + 1] * b[k + 1]
-        u += a[k + 2] * b[k + 2]
-        v += a[k + 3] * b[k + 3]
-    for k in range(n - n % 4, n):
-        s += a[k] * b[k]
-    return (s + t) + (u + v)
+def _dots(rows, stride, values, n, out):
+    """Products of four rows, ``stride`` apart, with n values."""
+    a, b = rows[:n], rows[stride : stride + n]
+    c, d = rows[2 * stride : 2 * stride + n], rows[3 * stride : 3 * stride + n]
+    p, q, r, s = 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        x = values[k]
+        p += a[k] * x
+        q += b[k] * x
+        r += c[k] * x
+        s += d[k] * x
+    out[0], out[1], out[2], out[3] = p, q, r, s
 
 
 @njit(cache=True, error_model="numpy")
@@ -216,16 +217,26 @@ def factor_general(ints, data, work):
 
 
 @njit(cache=True, error_model="numpy")
-def _back(front, n, w, inverse, own, values):
+def _back(front, n, w, inverse, own, values, spare):
     """Unknowns of a block from the later ones, which are values[n:]."""
+    r = w - n
+    whole = n - n % 4
+    for i in range(0, whole, 4):
+        _dots(front[i * w + n :], w, values[n:], r, spare[i:])
+    for i in range(whole, n):
+        s = 0.0
+        for k in range(r):
+            s += front[i * w + n + k] * values[n + k]
+        spare[i] = s
     for i in range(n - 1, -1, -1):
-        after = _dot(front[i * w + i + 1 : i * w + w], values[i + 1 : w])
-        values[i] = (own[i] - after) * inverse[i]
-        own[i] = values[i]
+        s = own[i] - spare[i]
+        for k in range(i + 1, n):
+            s -= front[i * w + k] * own[k]
+        own[i] = s * inverse[i]
 
 
 @njit(cache=True, error_model="numpy")
-def _backward(ints, work, x, values):
+def _backward(ints, work, x, f, values):
     """Second half of a solution: blocks in reverse order."""
     size, peak, at = ints[SIZE], ints[PEAK], ints[LAST]
     while at > 0:
@@ -238,7 +249,7 @@ def _backward(ints, work, x, values):
                 values[k + i] = part[i]
             k += length
         inverse = work[peak + size + first :]
-        _back(work[start : start + n * (n + r)], n, n + r, inverse, x[first : first + n], values)
+        _back(work[start : start + n * (n + r)], n, n + r, inverse, x[first : first + n], values, f)
         at = ints[at]
 
 
@@ -284,7 +295,7 @@ def solve_symmetric(ints, work, b):
         _subtract(values[:r], f, front[n:], w, n)
         _drop(ints, at, values, x)
         at = _after(ints, at)
-    _backward(ints, work, x, values)
+    _backward(ints, work, x, f, values)
     for i in range(size):
         b[ints[HEAD + i]] = x[i]
 
@@ -293,7 +304,7 @@ def solve_general(ints, work, b):
     """Solution with the factors of ``factor_general``."""
     size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
     x, spare = work[peak + 3 * size : peak + 4 * size], peak + 4 * size
-    values = work[spare + widest : spare + 2 * widest]
+    f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
     for i in range(size):
         x[i] = b[ints[HEAD + i]]
     while at < len(ints):
@@ -305,13 +316,16 @@ def solve_general(ints, work, b):
         for i in range(n):
             k = int(swap[i])
             own[i], own[k] = own[k], own[i]
-        for i in range(n):
-            own[i] -= _dot(front[i * w : i * w + i], own[:i])
+        for i in range(1, n):
+            s = 0.0
+            for k in range(i):
+                s += front[i * w + k] * own[k]
+            own[i] -= s
         values[:r] = 0.0
         _subtract(values[:r], own, work[below : below + n * r], r, n)
         _drop(ints, at, values, x)
         at = _after(ints, at)
-    _backward(ints, work, x, values)
+    _backward(ints, work, x, f, values)
     for i in range(size):
         b[ints[HEAD + i]] = x[i]
 
