@@ -24,14 +24,12 @@ from mechanics.description import (
     Fixing,
     Gear,
     Guide,
-    History,
     Joint,
     Latch,
     Planar,
     Prismatic,
     Pulley,
     Revolute,
-    RigidBody,
     Site,
     Sliding,
     Spherical,
@@ -39,26 +37,28 @@ from mechanics.description import (
     Universal,
 )
 from mechanics.directions import (
-    ALIGNED,
-    direction,
     fixed,
-    normal_to,
-    only_direction,
-    origin,
-    section_axes,
     unit,
     unit_direction,
 )
-from mechanics.layout import PLACE, TRAVEL, TURN, Layout, Side, family_of
-from mechanics.relative import DIRECTION, DISTANCE, OFFSET
-
-__all__ = ["build", "direction", "fixed", "normal_to", "origin", "unit", "unit_direction"]
+from mechanics.joint_rows import (
+    SQUARE,
+    Rows,
+    across,
+    along,
+    apart,
+    beside,
+    held,
+    offset,
+    sides,
+    tilt,
+    together,
+    turning,
+)
+from mechanics.layout import PLACE, TRAVEL, TURN, Layout, family_of
+from mechanics.relative import DISTANCE
 
 Array = NDArray[np.float64]
-Rows = list[Row | Linear]
-
-_APART = 1e-6  # distance over body size above which two points do not coincide
-_SQUARE = 1e-6  # cosine above which two axes are not at right angles
 
 
 def build(joints: Sequence[Joint], layout: Layout, first_row: int) -> list[Constraints]:
@@ -90,7 +90,7 @@ def _sliding_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[
         return []
     from mechanics import sliding  # compiled only when used
 
-    return sliding.build(chosen, layout, first, partial(_held, layout=layout))
+    return sliding.build(chosen, layout, first)
 
 
 def _rope_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[Constraints]:
@@ -103,41 +103,13 @@ def _rope_terms(joints: Sequence[Joint], layout: Layout, first: int) -> list[Con
     return [pulley.build(chosen, layout, first)]
 
 
-def _sides(layout: Layout, a: Site, b: Site) -> tuple[Side, Side]:
-    sides = layout.site(a), layout.site(b)
-    if sides[0].fixed and sides[1].fixed:
-        raise ValueError("both ends are on the ground")
-    return sides
-
-
-# -- points ------------------------------------------------------------------------------------
-
-
-def _together(a: Side, b: Side) -> Rows:
-    """Three rows: the two points coincide."""
-    if _apart(a, b):
-        gap = np.linalg.norm(a.position - b.position)
-        raise ValueError(f"its two points are {gap:.6g} m apart")
-    return [_offset(a, b, fixed(e)) for e in np.eye(3)]
-
-
-def _apart(a: Side, b: Side) -> bool:
-    return bool(np.linalg.norm(a.position - b.position) > _APART * max(a.size, b.size))
-
-
-def _offset(
-    a: Side, b: Side, w: Array, drive: History | None = None, own: int = -1
-) -> Row:  # fmt: skip
-    return Row(a, b, (Product(OFFSET, NOTHING, w),), drive, own=own)
-
-
 def _spherical(joint: Spherical, layout: Layout) -> Rows:
-    return _together(*_sides(layout, joint.a, joint.b))
+    return together(*sides(layout, joint.a, joint.b))
 
 
 def _distance(joint: Distance, layout: Layout) -> Rows:
     """(|r_A − r_B|² − d²)/(2d) = L + L²/(2d), the length being d + L."""
-    a, b = _sides(layout, joint.a, joint.b)
+    a, b = sides(layout, joint.a, joint.b)
     d = float(np.linalg.norm(a.position - b.position))
     if d == 0.0:
         raise ValueError("its two points coincide")
@@ -147,8 +119,8 @@ def _distance(joint: Distance, layout: Layout) -> Rows:
 
 
 def _guide(joint: Guide, layout: Layout) -> Rows:
-    a, ground = _sides(layout, joint.a, Site(None))
-    return [_offset(a, ground, fixed(e)) for e in _independent(joint.directions)]
+    a, ground = sides(layout, joint.a, Site(None))
+    return [offset(a, ground, fixed(e)) for e in _independent(joint.directions)]
 
 
 def _independent(directions: Array) -> list[Array]:
@@ -175,64 +147,6 @@ def _fixing(joint: Fixing, layout: Layout) -> Rows:
     ]
 
 
-# -- orientation -------------------------------------------------------------------------------
-
-
-def _across(a: Side, u: Array, b: Side, w: Array) -> Row:
-    """Direction u of ``a`` stays normal to direction w of ``b``."""
-    return Row(a, b, (Product(DIRECTION, direction(a, u), direction(b, w)),))
-
-
-def _held(a: Side, b: Side, layout: Layout) -> Rows:
-    """Orientation of ``a`` in ``b``, sections free to breathe.
-
-    Lengths of the vectors of a section and the angle between them stay free. About the normal of
-    the section (of a shell: its own) the mean turn of two directions e', e'' in its plane is
-    held, (e'_A·e''_B − e''_A·e'_B)/2: the torsion of a beam is measured and loaded in the same
-    way, whereas e'·e'' alone would let a torque shear the section and twist it freely. The
-    directions are those of a flexible section: oblique to it they would turn as it deforms.
-    """
-    if b.directions == 1 or (a.directions != 1 and _stiff(a, layout) and not _stiff(b, layout)):
-        a, b = b, a
-    if a.directions == 1:
-        along = only_direction(a)
-        first = normal_to(along, a.triad)
-        return [_across(a, along, b, w) for w in (first, np.cross(along, first))]
-    normal, first, second = section_axes(a)
-    products = (
-        Product(DIRECTION, direction(a, first), direction(b, second), 0.5),
-        Product(DIRECTION, direction(a, second), direction(b, first), -0.5),
-    )
-    return [_across(a, first, b, normal), _across(a, second, b, normal), Row(a, b, products)]
-
-
-def _stiff(side: Side, layout: Layout) -> bool:
-    return side.fixed or isinstance(layout.bodies[side.name], RigidBody)
-
-
-def _tilt(a: Side, b: Side, axis: Array) -> Rows:
-    """The axis of ``a`` and of ``b`` stay parallel; one row for a cable across the axis."""
-    if b.directions == 1 and not b.fixed:
-        a, b = b, a
-    if a.directions == 1 and not a.fixed and abs(only_direction(a) @ axis) < ALIGNED:
-        return [_across(a, only_direction(a), b, axis)]
-    w = normal_to(axis, b.triad)
-    return [_across(a, axis, b, w), _across(a, axis, b, np.cross(axis, w))]
-
-
-def _turning(
-    a: Side, b: Side, axis: Array, angle: History | None = None, own: int = -1
-) -> Row:  # fmt: skip
-    """sin(turn of a relative to b − angle − own) = 0; its slope is one at every angle."""
-    if b.directions == 1 and not b.fixed:
-        a, b, axis = b, a, -axis
-    first = only_direction(a) if a.directions == 1 and not a.fixed else normal_to(axis, a.triad)
-    if abs(first @ axis) > _SQUARE:
-        raise ValueError(f"{a.name!r} has no turn about its own direction")
-    w, sine = direction(b, np.cross(axis, first)), direction(b, first)
-    return Row(a, b, (Product(DIRECTION, direction(a, first), w),), angle, sine, own)
-
-
 # -- joints ------------------------------------------------------------------------------------
 
 
@@ -242,67 +156,57 @@ def _clamp(joint: Clamp, layout: Layout) -> Rows:
     A shell node keeps the turn of its tangents and is free to stretch and to shear in its plane;
     between nodes a bicubic edge is clamped where ``Fixing`` holds the twist vector as well.
     """
-    a, b = _sides(layout, joint.a, joint.b)
-    turn = _held(a, b, layout)
-    if not _apart(a, b):
-        return _together(a, b) + turn
+    a, b = sides(layout, joint.a, joint.b)
+    turn = held(a, b, layout)
+    if not apart(a, b):
+        return together(a, b) + turn
     if b.directions == 1 or (a.fixed and not b.fixed):
         a, b = b, a
-    return [_offset(a, b, unit_direction(b, e)) for e in a.triad] + turn
+    return [offset(a, b, unit_direction(b, e)) for e in a.triad] + turn
 
 
 def _universal(joint: Universal, layout: Layout) -> Rows:
-    a, b = _sides(layout, joint.a, joint.b)
+    a, b = sides(layout, joint.a, joint.b)
     u, w = unit(joint.axis_a), unit(joint.axis_b)
-    if abs(u @ w) > _SQUARE:
+    if abs(u @ w) > SQUARE:
         raise ValueError("its two axes are not at right angles")
-    return [*_together(a, b), _across(a, u, b, w)]
+    return [*together(a, b), across(a, u, b, w)]
 
 
 def _revolute(joint: Revolute, layout: Layout) -> Rows:
-    a, b = _sides(layout, joint.a, joint.b)
+    a, b = sides(layout, joint.a, joint.b)
     axis = unit(joint.axis)
-    rows = _together(a, b) + _tilt(a, b, axis)
-    return rows if joint.angle is None else [*rows, _turning(a, b, axis, joint.angle)]
-
-
-def _beside(a: Side, b: Side, axis: Array) -> Rows:
-    """Two rows: ``a`` stays on a line of ``b`` along ``axis``."""
-    w = normal_to(axis, b.triad)
-    return [_offset(a, b, unit_direction(b, e)) for e in (w, np.cross(axis, w))]
-
-
-def _along(a: Side, b: Side, axis: Array, travel: History | None) -> Rows:
-    return [] if travel is None else [_offset(a, b, unit_direction(b, axis), travel)]
+    rows = together(a, b) + tilt(a, b, axis)
+    return rows if joint.angle is None else [*rows, turning(a, b, axis, joint.angle)]
 
 
 def _cylindrical(joint: Cylindrical, layout: Layout) -> Rows:
-    a, b = _sides(layout, joint.a, joint.b)
+    a, b = sides(layout, joint.a, joint.b)
     axis = unit(joint.axis)
-    rows = _beside(a, b, axis) + _tilt(a, b, axis) + _along(a, b, axis, joint.travel)
-    return rows if joint.angle is None else [*rows, _turning(a, b, axis, joint.angle)]
+    rows = beside(a, b, axis) + tilt(a, b, axis) + along(a, b, axis, joint.travel)
+    return rows if joint.angle is None else [*rows, turning(a, b, axis, joint.angle)]
 
 
 def _prismatic(joint: Prismatic, layout: Layout) -> Rows:
-    a, b = _sides(layout, joint.a, joint.b)
+    a, b = sides(layout, joint.a, joint.b)
     axis = unit(joint.axis)
-    return _beside(a, b, axis) + _held(a, b, layout) + _along(a, b, axis, joint.travel)
+    return beside(a, b, axis) + held(a, b, layout) + along(a, b, axis, joint.travel)
 
 
 def _planar(joint: Planar, layout: Layout) -> Rows:
-    a, b = _sides(layout, joint.a, joint.b)
+    a, b = sides(layout, joint.a, joint.b)
     normal = unit(joint.normal)
-    return [_offset(a, b, unit_direction(b, normal)), *_tilt(a, b, normal)]
+    return [offset(a, b, unit_direction(b, normal)), *tilt(a, b, normal)]
 
 
 def _clearance(joint: ClearanceRevolute, layout: Layout) -> Rows:
     """What the clearance leaves held: the position along the axis, tilt, and the drive."""
-    a, b = _sides(layout, joint.journal, joint.bearing)
+    a, b = sides(layout, joint.journal, joint.bearing)
     axis = unit(joint.axis)
-    rows: Rows = [_offset(a, b, unit_direction(b, axis))]
+    rows: Rows = [offset(a, b, unit_direction(b, axis))]
     if a.fixed or a.directions:
-        rows += _tilt(a, b, axis)
-    return rows if joint.angle is None else [*rows, _turning(a, b, axis, joint.angle)]
+        rows += tilt(a, b, axis)
+    return rows if joint.angle is None else [*rows, turning(a, b, axis, joint.angle)]
 
 
 # -- coordinates of joints ---------------------------------------------------------------------
@@ -362,15 +266,15 @@ def _check_reference(named: dict[str, Joint], name: str) -> Rows:
 def _tied_turn(joint: Joint, layout: Layout, own: int) -> Rows:
     if not isinstance(joint, Revolute | Cylindrical):
         raise ValueError("it has no turn for another joint to refer to")
-    a, b = _sides(layout, joint.a, joint.b)
-    return [_turning(a, b, unit(joint.axis), own=own)]
+    a, b = sides(layout, joint.a, joint.b)
+    return [turning(a, b, unit(joint.axis), own=own)]
 
 
 def _tied_travel(joint: Joint, layout: Layout, own: int) -> Rows:
     if not isinstance(joint, Prismatic | Cylindrical):
         raise ValueError("it has no travel for another joint to refer to")
-    a, b = _sides(layout, joint.a, joint.b)
-    return [_offset(a, b, unit_direction(b, unit(joint.axis)), own=own)]
+    a, b = sides(layout, joint.a, joint.b)
+    return [offset(a, b, unit_direction(b, unit(joint.axis)), own=own)]
 
 
 _TIES: dict[str, Callable[..., Rows]] = {TURN: _tied_turn, TRAVEL: _tied_travel}
