@@ -14,7 +14,11 @@ an energy of it:
 ``beam3243-enhanced``
     Enhanced continuum mechanics (Gerstmayr, Matikainen & Mikkola 2008): without Poisson's ratio
     in the volume, E diag(1, 1, 1) and shear moduli k2 G, k3 G, G, and what Poisson's ratio adds
-    to the normal stresses on the axis only, times the area. It converges, slowly.
+    to the normal stresses on the axis only, times the area. It converges, with the square of the
+    element, but slender and curved bodies need many: of the elastica (tip load 10 EI/L^2, 8
+    elements) 1 % is missing at L/h = 10, 8 % at 100, 53 % at 1000; a quarter circle of R/h = 50
+    moves by 17 % with 4 elements, by 98 % with 16. Two Gauss points along the length, which would
+    cure this, leave motions without stiffness.
 
 Both resist torsion with the polar moment, not the torsion constant of the section. They stand
 beside ``beam3243``, which cures all this, for comparison.
@@ -35,7 +39,7 @@ from numpy.typing import NDArray
 
 from mechanics import continuum_beam_kernels as kernels
 from mechanics import line_elements as line
-from mechanics.continuum_beam_kernels import COEF, FREE, PAIR, POINT
+from mechanics.continuum_beam_kernels import FREE, PAIR, POINT
 from mechanics.description import Beam
 from mechanics.layout import Layout
 from mechanics.section_points import section_points
@@ -252,6 +256,3 @@ def _strain_transform(A: Array) -> Array:
     turned = np.einsum("epia,kij,epjb->epkab", A, unit, A)
     twice = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
     return twice[:, None] * np.swapaxes(turned[:, :, :, PAIR[:, 0], PAIR[:, 1]], -1, -2)
-
-
-assert COEF == 8  # moduli, free squares, rates: as ``coefficients`` lays them out
