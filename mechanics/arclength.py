@@ -265,12 +265,18 @@ def _event(problem: _Problem, here: Point, ahead: Point, heading: Array | None) 
     arc = float(np.linalg.norm(problem.measured(ahead.y - here.y)))
     low, high, best = 0.0, arc, (here, ahead)
     way = (ahead.y - here.y)[:n]
+    part = 0.5
     for _ in range(BISECTIONS):
-        middle, _ = _step(problem, here, 0.5 * (low + high), way)
-        if middle is None:
-            break
+        at = low + part * (high - low)
+        middle, _ = _step(problem, here, at, way)
+        if middle is None:  # too close to where the stiffness is singular
+            if part < 0.5:
+                break
+            part = 0.3
+            continue
+        part = 0.5
         same = middle.slope * here.slope > 0.0 if turned else middle.unstable == here.unstable
-        low, high = (0.5 * (low + high), high) if same else (low, 0.5 * (low + high))
+        low, high = (at, high) if same else (low, at)
         best = (middle, best[1]) if same else (best[0], middle)
     point = min(best, key=lambda p: abs(p.slope)) if turned else best[0]
     kind = LIMIT if turned else BIFURCATION
