@@ -81,6 +81,8 @@ BODIES = (
     Particle("ball", POINT, 2.0),
     rigid("hub", POINT),
     rigid("block", POINT - [0.1, 0.2, 0.3] @ rotation(DIAGONAL, 0.4)),
+    beam("quad", POINT - [1.0, 0.0, 0.2], POINT + np.array([1.0, 0.0, 0.2]), 3, "beam3333"),
+    _shell("thick", "shell3443"),
 )
 ENDS = {
     "ground": Site(None, position=POINT),
@@ -95,8 +97,20 @@ ENDS = {
     "ball": Site("ball"),
     "hub": Site("hub"),
     "block": Site("block", offset=np.array([0.1, 0.2, 0.3])),
+    "quad": Site("quad", 1),
+    "thick": Site("thick", 4),
 }
 """An end on every kind of body: at nodes, between nodes, beside the axis, on surfaces."""
+
+
+def _used(joints):
+    """Those of ``BODIES`` on which joints have ends."""
+    held = [value for joint in joints for value in vars(joint).values()]
+    sites = [site for value in held for site in (value if isinstance(value, list) else [value])]
+    names = {getattr(site, "body", None) for site in sites} | {
+        getattr(joint, "body", None) for joint in joints
+    }
+    return [body for body in BODIES if body.name in names]
 
 
 class Rows:
@@ -107,7 +121,8 @@ class Rows:
 
     caught = False
 
-    def __init__(self, joints, bodies=BODIES, rigid_too=False):
+    def __init__(self, joints, bodies=None, rigid_too=False):
+        bodies = tuple(bodies) if bodies else _used(joints)
         self.layout = Layout.of(bodies, joints)
         self.n = self.layout.ndof
         held = [body for body in bodies if isinstance(body, RigidBody)] if rigid_too else []

@@ -36,7 +36,6 @@ from mechanics.description import (
     Universal,
 )
 from mechanics.dynamics import Control, Window, advance, initial_state
-from mechanics.layout import Layout
 from mechanics.system import System
 from meshes.sections import rectangle
 
@@ -368,7 +367,7 @@ def test_sliders_that_cannot_be_made_name_themselves(joint, message):
 def test_spherical_joint_between_nodes_takes_the_point_of_the_axis():
     """Against the cubic itself: the point moves with (r_a + r_b)/2 + L (r_x,a − r_x,b)/8."""
     rows = Rows([Spherical("j", Site("spar", 1, fraction=0.3), ENDS["hub"])])
-    layout = Layout.of(BODIES)
+    layout = rows.layout
     a, b = layout.node_dofs["spar"][1:3]
     J, x = rows.jacobian(rows.layout.q0), 0.3
     L = np.linalg.norm(BODIES[3].points[2] - BODIES[3].points[1])
