@@ -6,6 +6,8 @@ from element_cases import COLD, PAPER, PLAIN, POISSONLESS, build, derivative
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
+from coupling.verify import shells
+from mechanics import kernels, traction
 from mechanics.description import Shell, Traction
 from mechanics.shell48_kernels import BENT, FULL, POINTS, TABLE, WEIGHTS, XI, shapes
 from meshes.surfaces import annulus, patch, plate, sphere, tube
@@ -204,8 +206,6 @@ def test_deflection_of_a_supported_plate_under_pressure():
 
 
 def pressed(case, pressure):
-    from mechanics import kernels, traction
-
     load = Traction("p", "s", np.array([0.0, 0.0, 1.0]), lambda t: pressure)
     term = traction.build([load], case.layout)
     coef = term.coefficients(case.temperatures())
@@ -311,8 +311,6 @@ def test_membrane_of_a_tube_under_internal_pressure():
 
 
 def edge_load(case, edge, direction=(0.0, 0.0, 1.0)):
-    from mechanics import traction
-
     term = traction.build(
         [Traction("t", "s", np.array(direction), lambda t: 1.0, edge)], case.layout
     )
@@ -347,8 +345,6 @@ def test_edge_loads_are_consistent(name):
 
 
 def test_loads_that_cannot_be():
-    from mechanics import traction
-
     case = shell(plate(1.0, 0.6, 3, 2))
     with pytest.raises(ValueError, match="nodes 0 and 4 have no common edge"):
         edge_load(case, (0, 4))
@@ -367,3 +363,22 @@ def test_no_area():
     collapsed = s.quads[:, [0, 1, 1, 0]]
     with pytest.raises(ValueError, match="'s': an element has no area"):
         shell(type(s)(s.points, collapsed, s.sizes, s.d_u, s.d_v, s.d_uv))
+
+
+# -- fine meshes -------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_large_deflections_on_fine_meshes():
+    """Sze, Liu & Lo (2004); the slit ring has converged."""
+    assert shells.hemisphere(16) == pytest.approx((4.07, -8.15), rel=3e-3)
+    assert shells.pulled(16) == pytest.approx((2.768, 4.551, 3.269), rel=0.0135)
+    coarse, fine = shells.annulus(6, 40), shells.annulus(8, 60)
+    assert fine == pytest.approx((13.891, 17.528), rel=4e-3)
+    assert fine == pytest.approx(coarse, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_pinched_cylinder_on_a_fine_mesh():
+    exact = (4.0 * shells.pinched_theory(400) - shells.pinched_theory(200)) / 3.0
+    assert shells.pinched(48) == pytest.approx(exact, rel=1.5e-3)

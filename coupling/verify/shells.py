@@ -286,7 +286,9 @@ def pressed(n: int) -> float:
     placed: list[Held] = [(grid[0, 0], "position", i) for i in (0, 1)]
     placed.append((grid[-1, 0], "position", 1))
     rims = ((grid[[0, -1]], "r_v"), (grid[:, [0, -1]], "r_u"))
-    rim = [(k, v, 2) for edge, along in rims for k in edge.ravel() for v in ("position", along)]
+    rim: list[Held] = [
+        (int(k), v, 2) for edge, along in rims for k in edge.ravel() for v in ("position", along)
+    ]
     load = Traction("pressure", "shell", Z, _ramp(SMALL))
     u = _deflected(_shell(surface, 0.01, 70e9, 0.3), [*placed, *rim], [load], 1)
     return u(grid[n // 2, n // 2])[2] / SMALL
