@@ -8,7 +8,6 @@ import pytest
 from coupling.verify.models import ROOM, clamp, elastic, model, sections, straight
 from mechanics import statics
 from mechanics.beam3243_kernels import evaluate
-from mechanics.buckling import buckling
 from mechanics.description import (
     Force,
     Guide,
@@ -21,9 +20,8 @@ from mechanics.description import (
     Spherical,
     TorsionSpring,
 )
-from mechanics.eigen import lowest, negatives
 from mechanics.mechanism import free_motions
-from mechanics.modes import modes, stiffness
+from mechanics.modes import modes
 from mechanics.prediction import predicted
 from mechanics.statics import at_rest, equilibrium
 from meshes.sections import circle, rectangle
@@ -345,3 +343,23 @@ def test_an_unstable_equilibrium_has_negative_frequencies():
     assert lowest(0.9 * critical) > 0.0 > lowest(1.1 * critical)
     cold = lowest(0.0)
     assert lowest(0.5 * critical) == pytest.approx(cold * np.sqrt(0.5), rel=5e-3)
+
+
+def test_coordinates_of_joints_carry_no_mass_and_do_no_harm():
+    """A block on a torsion spring, which acts on a coordinate of the hinge: sqrt(k/I)."""
+    hinge = Revolute("hinge", Site("block"), Site(None), Z)
+    spring = TorsionSpring("spring", "hinge", stiffness=50.0)
+    made = model([RigidBody("block", 0 * X, 2.0, np.diag([1.0, 2.0, 2.5]))], [hinge, spring])
+    assert np.count_nonzero(made.system.mass.diagonal() == 0.0) == 1
+    found = vibrations(made, 1).frequencies
+    assert found == pytest.approx(np.sqrt(50.0 / 2.5) / (2 * np.pi))
+
+
+def test_a_hinge_with_a_stiff_spring_vibrates_like_a_clamp():
+    hinge = Revolute("hinge", Site("beam", 0), Site(None), Z)
+    spring = TorsionSpring("spring", "hinge", stiffness=1e8)
+    held = model(straight(1.0, 8, BAR, METAL), [hinge, spring])
+    clamped = cantilever(tip_force(0.0))
+    np.testing.assert_allclose(
+        vibrations(held, 2).frequencies, vibrations(clamped, 2).frequencies, rtol=1e-4
+    )
