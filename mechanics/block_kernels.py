@@ -104,36 +104,6 @@ def _eliminate(front, n, w, f, inverse, peak):
     return False
 
 
-def factor_symmetric(ints, data, work):
-    """LDL^T of a symmetric matrix, of which the upper triangle is read."""
-    _load(ints, data, work)
-    size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
-    spare = peak + 4 * size
-    f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
-    while at < len(ints):
-        n, r, start, first = ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 5]
-        w = n + r
-        front, inverse = work[start : start + n * w], work[peak + size + first :]
-        if _eliminate(front, n, w, f, inverse, work[peak + first :]):
-            return 1
-        at += 7 + 2 * ints[at + 6]
-        count, i = ints[at], 0
-        at += 1
-        for _ in range(count):
-            rows, base, width = ints[at], ints[at + 1], ints[at + 2]
-            for k in range(rows):
-                for j in range(n):
-                    f[j] = front[j * w + n + i] * inverse[j]
-                values[: r - i] = 0.0
-                _subtract(values[: r - i], f, front[n + i :], w, n)
-                row = base + k * width
-                _note(work, peak + ints[at + 4] + k, row + k)
-                _spread(ints, at + 6, ints[at + 5], k, values, work[row : row + width])
-                i += 1
-            at += 6 + 2 * ints[at + 5]
-    return 0
-
-
 @njit(cache=True, error_model="numpy")
 def _pivoted(front, n, w, inverse, peak, swap):
     """LU of a front in place with partial pivoting inside its block; True if a pivot is lost."""
@@ -171,6 +141,59 @@ def _columns(lower, front, n, w, f, inverse):
         _subtract(row, f, lower, r, i)
         for k in range(r):
             row[k] *= inverse[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _pivoted_symmetric(front, lower, n, w, f, inverse, peak, swap):
+    """LU of a block that holds constraints: its lower half is that of the upper one."""
+    r = w - n
+    for i in range(n):
+        peak[i] = max(peak[i], abs(front[i * w + i]))
+        for k in range(i):
+            front[i * w + k] = front[k * w + i]
+        lower[i * r : i * r + r] = front[i * w + n : i * w + w]
+    if _pivoted(front, n, w, inverse, peak, swap):
+        return True
+    _columns(lower, front, n, w, f, inverse)
+    return False
+
+
+def factor_symmetric(ints, data, work):
+    """LDL^T of a symmetric matrix, of which the upper triangle is read."""
+    _load(ints, data, work)
+    size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
+    spare = peak + 4 * size
+    f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
+    while at < len(ints):
+        n, r, start, below, first = (
+            ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 4], ints[at + 5],
+        )  # fmt: skip
+        w = n + r
+        front, inverse = work[start : start + n * w], work[peak + size + first :]
+        lower, swap = work[max(below, 0) :], work[peak + 2 * size + first :]
+        if below < 0:
+            lost = _eliminate(front, n, w, f, inverse, work[peak + first :])
+        else:
+            peaks = work[peak + first :]
+            lost = _pivoted_symmetric(front, lower, n, w, f, inverse, peaks, swap)
+        if lost:
+            return 1
+        at += 7 + 2 * ints[at + 6]
+        count, i = ints[at], 0
+        at += 1
+        for _ in range(count):
+            rows, base, width = ints[at], ints[at + 1], ints[at + 2]
+            for k in range(rows):
+                for j in range(n):
+                    f[j] = front[j * w + n + i] * inverse[j] if below < 0 else lower[j * r + i]
+                values[: r - i] = 0.0
+                _subtract(values[: r - i], f, front[n + i :], w, n)
+                row = base + k * width
+                _note(work, peak + ints[at + 4] + k, row + k)
+                _spread(ints, at + 6, ints[at + 5], k, values, work[row : row + width])
+                i += 1
+            at += 6 + 2 * ints[at + 5]
+    return 0
 
 
 def factor_general(ints, data, work):
@@ -276,32 +299,34 @@ def _after(ints, at):
     return at
 
 
-def solve_symmetric(ints, work, b):
-    """Solution with the factors of ``factor_symmetric``."""
-    size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
-    x, spare = work[peak + 3 * size : peak + 4 * size], peak + 4 * size
-    f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
-    for i in range(size):
-        x[i] = b[ints[HEAD + i]]
-    while at < len(ints):
-        n, r, start, first = ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 5]
-        w = n + r
-        front, inverse, own = work[start : start + n * w], work[peak + size + first :], x[first:]
-        for i in range(n):
-            f[i] = own[i] * inverse[i]
-            for k in range(i + 1, n):
-                own[k] -= front[i * w + k] * f[i]
-        values[:r] = 0.0
-        _subtract(values[:r], f, front[n:], w, n)
-        _drop(ints, at, values, x)
-        at = _after(ints, at)
-    _backward(ints, work, x, f, values)
-    for i in range(size):
-        b[ints[HEAD + i]] = x[i]
+@njit(cache=True, error_model="numpy")
+def _swapped(front, lower, n, w, swap, own, values):
+    """Forward substitution with the LU of a block."""
+    for i in range(n):
+        k = int(swap[i])
+        own[i], own[k] = own[k], own[i]
+    for i in range(1, n):
+        s = 0.0
+        for k in range(i):
+            s += front[i * w + k] * own[k]
+        own[i] -= s
+    values[: w - n] = 0.0
+    _subtract(values[: w - n], own, lower, w - n, n)
 
 
-def solve_general(ints, work, b):
-    """Solution with the factors of ``factor_general``."""
+@njit(cache=True, error_model="numpy")
+def _scaled(front, n, w, inverse, own, f, values):
+    """Forward substitution with the LDL^T of a block."""
+    for i in range(n):
+        f[i] = own[i] * inverse[i]
+        for k in range(i + 1, n):
+            own[k] -= front[i * w + k] * f[i]
+    values[: w - n] = 0.0
+    _subtract(values[: w - n], f, front[n:], w, n)
+
+
+def solve(ints, work, b):
+    """Solution with the factors of ``factor_symmetric`` or ``factor_general``."""
     size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
     x, spare = work[peak + 3 * size : peak + 4 * size], peak + 4 * size
     f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
@@ -311,18 +336,12 @@ def solve_general(ints, work, b):
         n, r, start, below, first = (
             ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 4], ints[at + 5],
         )  # fmt: skip
-        w, own = n + r, x[first : first + n]
-        front, swap = work[start : start + n * w], work[peak + 2 * size + first :]
-        for i in range(n):
-            k = int(swap[i])
-            own[i], own[k] = own[k], own[i]
-        for i in range(1, n):
-            s = 0.0
-            for k in range(i):
-                s += front[i * w + k] * own[k]
-            own[i] -= s
-        values[:r] = 0.0
-        _subtract(values[:r], own, work[below : below + n * r], r, n)
+        w, own = n + r, x[first:]
+        front = work[start : start + n * w]
+        if below < 0:
+            _scaled(front, n, w, work[peak + size + first :], own, f, values)
+        else:
+            _swapped(front, work[below:], n, w, work[peak + 2 * size + first :], own, values)
         _drop(ints, at, values, x)
         at = _after(ints, at)
     _backward(ints, work, x, f, values)
@@ -333,6 +352,4 @@ def solve_general(ints, work, b):
 @cache
 def kernels(symmetric: bool) -> tuple[int, int]:
     """Addresses of factor and solve, compiled when they are first asked for."""
-    if symmetric:
-        return kernel(FACTOR)(factor_symmetric), kernel(SOLVE)(solve_symmetric)
-    return kernel(FACTOR)(factor_general), kernel(SOLVE)(solve_general)
+    return kernel(FACTOR)(factor_symmetric if symmetric else factor_general), kernel(SOLVE)(solve)

@@ -29,10 +29,12 @@ class Blocks(NamedTuple):
     """Blocks of unknowns in order of elimination.
 
     members : unknowns of each block
+    mixed : whether a block holds coordinates and constraints
     later : (k,) int  neighbours of each block that are eliminated after it, ascending
     """
 
     members: list[Indices]
+    mixed: NDArray[np.bool_]
     later: list[Indices]
 
 
@@ -56,15 +58,32 @@ def ranks(pattern: Pattern, massive: NDArray[np.bool_]) -> Indices:
 
 
 def arrange(pattern: Pattern, node_of: Indices, rank: Indices) -> Blocks:
-    """Blocks of the unknowns of one node and one rank, and their order of elimination."""
+    """Blocks of the unknowns of one node and one rank, and their order of elimination.
+
+    Constraints of one node alone, such as those of a rigid body, join its block: with them its
+    mass may be singular, as that of a flat plate or a rod is in directors.
+    """
+    block, rank_of = _numbered(node_of, rank)
+    neighbours = _neighbours(pattern, block)
+    owner = np.arange(len(rank_of))
+    for i, near in enumerate(neighbours):
+        if rank_of[i] == 1 and len(near) == 1:
+            owner[i] = min(near)
+    block, rank_of = _numbered(owner[block], rank_of[owner][block])
+    neighbours = _neighbours(pattern, block)
+    order = np.argsort(block, kind="stable")
+    sizes = np.bincount(block)
+    members = np.split(order, np.cumsum(sizes)[:-1])
+    mixed = np.bincount(block, weights=rank > 0) * np.bincount(block, weights=rank == 0) > 0
+    elimination, later = _least_degree(neighbours, sizes, rank_of)
+    return _postordered(members, mixed, elimination, later)
+
+
+def _numbered(node_of: Indices, rank: Indices) -> tuple[Indices, Indices]:
+    """Number of the block of each unknown, and rank of each block."""
     key = node_of * (int(rank.max()) + 1) + rank
     _, first, block = np.unique(key, return_index=True, return_inverse=True)
-    order = np.argsort(block, kind="stable")
-    members = np.split(order, np.cumsum(np.bincount(block))[:-1])
-    neighbours = _neighbours(block[pattern.indices], block[_columns(pattern)], len(members))
-    sizes = np.array([len(m) for m in members])
-    elimination, later = _least_degree(neighbours, sizes, rank[first])
-    return _postordered(members, elimination, later)
+    return block, rank[first]
 
 
 def _columns(pattern: Pattern) -> Indices:
@@ -72,7 +91,9 @@ def _columns(pattern: Pattern) -> Indices:
     return np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
 
 
-def _neighbours(row: Indices, column: Indices, count: int) -> list[set[int]]:
+def _neighbours(pattern: Pattern, block: Indices) -> list[set[int]]:
+    """Blocks that share an entry with each block."""
+    row, column, count = block[pattern.indices], block[_columns(pattern)], int(block.max()) + 1
     graph = coo_array((np.ones(row.size, np.int8), (row, column)), shape=(count, count)).tocsr()
     graph = (graph + graph.T).tocsr()
     parts = np.split(graph.indices, graph.indptr[1:-1])
@@ -112,7 +133,12 @@ def _least_degree(
     return order, later
 
 
-def _postordered(members: list[Indices], order: list[int], later: dict[int, set[int]]) -> Blocks:
+def _postordered(
+    members: list[Indices],
+    mixed: NDArray[np.bool_],
+    order: list[int],
+    later: dict[int, set[int]],
+) -> Blocks:
     """The same elimination, each subtree of the elimination tree in one piece."""
     position = {block: k for k, block in enumerate(order)}
     children: dict[int, list[int]] = {}
@@ -128,6 +154,7 @@ def _postordered(members: list[Indices], order: list[int], later: dict[int, set[
     place = {block: k for k, block in enumerate(found)}
     return Blocks(
         [members[b] for b in found],
+        mixed[found],
         [np.array(sorted(place[k] for k in later[b]), dtype=np.int64) for b in found],
     )
 
@@ -161,9 +188,10 @@ class _Fronts:
         self.width = self.size + self.rest
         self.first = np.cumsum(self.size) - self.size
         upper = self.size * self.width
-        lower = np.zeros_like(upper) if symmetric else self.size * self.rest
+        kept = blocks.mixed if symmetric else np.ones_like(blocks.mixed)
+        lower = np.where(kept, self.size * self.rest, 0)
         self.upper = np.cumsum(upper + lower) - upper - lower
-        self.lower = self.upper + upper
+        self.lower = np.where(kept, self.upper + upper, -1)
         self.end = int((upper + lower).sum())
         self.symmetric = symmetric
         self.column = [self._starts(j) for j in range(len(self.size))]

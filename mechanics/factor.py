@@ -177,7 +177,7 @@ def solve_dense(ints, work, b):
 UNKNOWNS, ENTRIES, SYMMETRIC, STARTS = 4, 5, 6, 7
 """A guarded solver begins with the addresses of its own factor and solve and of those of a
 library; then come sizes and arrays of the pattern, and the data of its own."""
-EXACT = 1e-9
+EXACT = 1e-7
 """Largest error of an equation, relative to its terms, that a factorisation may leave [-]."""
 
 

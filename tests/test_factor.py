@@ -110,6 +110,22 @@ def test_massless_coordinates_and_constraints_between_them(symmetric):
     assert not check(case, case.solver(symmetric))
 
 
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_a_node_whose_mass_is_singular_but_for_its_own_constraints(symmetric):
+    """Director inertia of a flat body: no mass in one direction, which its constraints hold."""
+    case = Case(CHAIN, 4, held=[(i,) for i in range(12)], symmetric=symmetric)
+    case.A[: case.n, : case.n] = np.kron(np.eye(12), np.diag([1.0, 2.0, 1e-17, 3.0]))
+    assert np.linalg.cond(case.A) < 1e4
+    assert not check(case, case.solver(symmetric))
+
+
+def test_ranks_given_are_those_guessed():
+    case = Case(CHAIN, 4, held=[(0, 3)], massless=2)
+    rank = np.array([0] * 48 + [2, 2] + [1] * 5)
+    given = factor.choose(case.pattern, case.node_of, True, "blocks", rank)
+    assert np.array_equal(given.ints[4:], case.solver().ints[4:])  # but for addresses
+
+
 def test_ranks_count_the_steps_from_what_has_a_mass():
     case = Case(CHAIN, 4, held=[(0, 3)], massless=2)
     rank = blocks.ranks(case.pattern, np.arange(case.size) < 48)
