@@ -107,7 +107,7 @@ def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
         "temperature": np.concatenate([s.temperature for s in surfaces]),
         "axial_stress": np.concatenate([s.stress for s in surfaces]),
     }
-    resultants = np.concatenate([s.resultants for s in surfaces])
+    resultants = np.concatenate([_resultants(s) for s in surfaces])
     fields |= {name: resultants[:, columns] for name, columns in RESULTANTS.items()}
     cells, owners = _cells(bodies, surfaces)
     mesh = meshio.Mesh(
@@ -117,6 +117,11 @@ def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
         {"body": owners},
     )
     return _write(mesh, folder / f"bodies_{frame:05d}.vtu")
+
+
+def _resultants(shape: Surface) -> Array:
+    nothing = np.full((len(shape.points), 8), np.nan)
+    return nothing if shape.resultants is None else shape.resultants
 
 
 def _cells(

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SKY, INK, FAINT, GRID = "#0b1226", "#e8edf5", "#5f6f8c", "#26324d"
+SEEN = 0.5
+"""Difference of temperatures on one body that is worth a picture of its own [K]."""
 LINES = ("#56B4E9", "#F0B429", "#EF767A")
 
 
@@ -35,7 +37,10 @@ def find_insets(
         found.append((0.47, 0.07, _orbit_inset, joint, results.table(f"joints/{joint}")))
     heated = [b for b in bodies if b.temperature is not None and b.section is not None]
     if heated and colouring and colouring.field == "temperature":
-        found.append((0.22, 0.06, _section_inset, max(heated, key=extent), colouring))
+        longest = max(heated, key=extent)
+        last = surface(longest, len(longest.position) - 1).temperature
+        if np.ptp(last) > SEEN:
+            found.append((0.22, 0.06, _section_inset, longest, colouring))
     drive = find_drive(results)
     probe = outermost_probe(results, drive) if drive else None
     if drive and probe and len(results[f"probes/{probe}/time"]) > 1:

@@ -38,13 +38,15 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     frames = sorted({0, len(times) // 2, len(times) - 1})
     factor = enlargement(bodies, frames)
     drawn = [_enlarged(body, frames, factor) for body in bodies]
+    owners = [body for body in drawn for _ in frames]
     shapes = [surface(body, frame) for body in drawn for frame in range(len(frames))]
     colouring = colouring_of(shapes)
     insets = find_insets(results, bodies, colouring)
     ax = figure.add_axes((0.03, 0.05, 0.68 if insets else 0.94, 0.84))
     seen = bodies if factor == 1.0 else drawn  # all frames when paths are shown
     camera = camera_for(np.concatenate([body.position.reshape(-1, 3) for body in seen]))
-    _frame_scene(ax, camera, seen)
+    solid = [s.points for s, body in zip(shapes, owners, strict=True) if body.section is None]
+    _frame_scene(ax, camera, [body.position.reshape(-1, 3) for body in seen], solid)
     if factor == 1.0:
         _draw_paths(ax, camera, results, bodies, times[frames])
     paint(ax, camera, shapes, colouring)
@@ -155,10 +157,10 @@ def _mark_joints(ax: "Axes", camera: Camera, results: Results, bodies: list[Body
             )
 
 
-def _frame_scene(ax: "Axes", camera: Camera, bodies: list[Body]) -> None:
-    """Limits around everything, with room for labels."""
+def _frame_scene(ax: "Axes", camera: Camera, *points: list[Array]) -> None:
+    """Limits around all points (n, 3) [m], with room for labels."""
     ax.set_axis_off()
-    flat = camera.project(np.concatenate([body.position.reshape(-1, 3) for body in bodies]))
+    flat = camera.project(np.concatenate([part for parts in points for part in parts]))
     lower, upper = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
     margin = 0.08 * max(float(np.max(upper - lower)), 1e-9)
     lower = lower - margin * np.array([1.0, 1.2])

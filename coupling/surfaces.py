@@ -57,14 +57,14 @@ class Body(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """Surface of a body; temperature, stress and resultants are NaN where they are not known.
+    """Surface of a body; temperature and stress are NaN where they are not known.
 
     points : (m, 3) float [m]
     quads : (k, 4) int; none for a particle
     displacement : (m, 3) float [m]  since the first frame
     temperature : (m,) float [K]
     stress : (m,) float [Pa]  axial, without the part that is in balance within the section
-    resultants : (m, 8) float [N/m], [N]  of shells: N11, N22, N12, M11, M22, M12, Q1, Q2
+    resultants : (m, 8) float [N/m], [N]  of shells: N11, N22, N12, M11, M22, M12, Q1, Q2; or None
     is_open : both sides of it are seen
     """
 
@@ -73,7 +73,7 @@ class Surface(NamedTuple):
     displacement: Array
     temperature: Array
     stress: Array
-    resultants: Array
+    resultants: Array | None = None
     is_open: bool = False
 
 
@@ -112,7 +112,7 @@ def surface(body: Body, frame: int) -> Surface:
         points - _drawn(body, 0)[0],
         unknown if temperature is None else temperature,
         unknown if stress is None else stress,
-        np.full((len(points), 8), np.nan) if resultants is None else resultants,
+        resultants,
         body.patches is not None,
     )
 

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from coupling.export import export
 from coupling.results import BadResults, Recorder, Results
 from coupling.surfaces import AROUND, Body, centre_line, read_bodies, surface
-from meshes import generate, sections
+from meshes import generate, sections, surfaces
 
 TUBE = sections.tube(0.27, 0.002)
 
@@ -281,3 +281,78 @@ def test_exporting_needs_no_drawing_library(run: Path) -> None:
         command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]
     )
     assert found.stdout.strip() == "[]"
+
+
+# ------------------------------------------------------------------- shells and rigid bodies
+
+
+def shell_body(elements: tuple[int, int], smooth: bool = True) -> tuple[Body, surfaces.Surface]:
+    """A quarter of a cylinder of radius 2 as recorded in one frame."""
+    from coupling.surfaces import Patches
+
+    made = surfaces.tube(2.0, 3.0, *elements, angle=(0.0, 0.5 * np.pi))
+    slopes = np.stack([made.d_u, made.d_v, made.d_uv], axis=1)[None]
+    patches = Patches(made.quads, made.sizes, slopes if smooth else None)
+    nodes = len(made.points)
+    temperature = np.column_stack([300.0 + made.points[:, 2], np.zeros((nodes, 2))])[None]
+    resultants = np.arange(8.0 * len(made.quads)).reshape(1, -1, 8)
+    body = Body(
+        "s", made.points[None], np.zeros((1, nodes, 3, 3)), temperature, resultants, None, patches
+    )
+    return body, made
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_a_shell_is_drawn_between_its_nodes(smooth: bool) -> None:
+    """Deviation from the cylinder: bicubic h^4/384 R^3, bilinear h^2/8 R (h: arc of an element)."""
+    body, _ = shell_body((3, 2), smooth)
+    found = surface(body, 0)
+    off = np.abs(np.hypot(found.points[:, 0], found.points[:, 1]) - 2.0).max()
+    h = 2.0 * 0.5 * np.pi / 3
+    expected = h**4 / 384 / 2.0**3 if smooth else h**2 / 8 / 2.0
+    assert off == pytest.approx(expected, rel=0.15)
+    assert found.is_open
+
+
+def test_quads_of_a_shell_cover_it_once_and_face_along_its_normal() -> None:
+    body, _ = shell_body((3, 2))
+    found = surface(body, 0)
+    corners = found.points[found.quads]
+    normal = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    assert np.linalg.norm(normal, axis=1).sum() == pytest.approx(2.0 * 0.5 * np.pi * 3.0, rel=2e-3)
+    outward = corners.mean(axis=1) * [1, 1, 0]
+    assert (np.sum(normal * outward, axis=1) > 0.0).all()
+
+
+def test_temperature_and_resultants_of_a_shell() -> None:
+    body, made = shell_body((3, 2))
+    found = surface(body, 0)
+    assert_allclose(found.temperature, 300.0 + found.points[:, 2], atol=1e-12)
+    per_element = found.resultants.reshape(len(made.quads), -1, 8)
+    assert_allclose(per_element[:, 0], np.arange(8.0 * len(made.quads)).reshape(-1, 8))
+    assert np.ptp(per_element, axis=1).max() == 0.0
+
+
+def test_the_box_of_a_rigid_body_has_its_inertia() -> None:
+    """A solid box of given edges, turned: its inertia by the textbook gives the edges back."""
+    from coupling.surfaces import box_of
+
+    mass, edges = 3.0, np.array([0.4, 1.0, 2.5])
+    squares = edges**2
+    principal = mass / 12.0 * (squares.sum() - squares)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    rows = box_of(mass, turn @ np.diag(principal) @ turn.T)
+    assert_allclose(sorted(2.0 * np.linalg.norm(rows, axis=1)), edges, rtol=1e-12)
+    along = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    assert_allclose(np.abs(along @ turn).max(axis=1), 1.0, rtol=1e-12)
+
+
+def test_a_rigid_body_is_drawn_as_a_box_seen_from_outside() -> None:
+    axes = np.array([[[[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]]]])
+    body = Body("r", np.array([[[5.0, 0, 0]]]), axes, None, None, None, None, np.diag([1.0, 2, 3]))
+    found = surface(body, 0)
+    # e1 of the body points along y
+    assert_allclose(np.ptp(found.points, axis=0), [4, 2, 6], atol=1e-12)
+    corners = found.points[found.quads]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    assert (np.sum(normal * (corners.mean(axis=1) - [5, 0, 0]), axis=1) > 0.0).all()
