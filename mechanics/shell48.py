@@ -19,7 +19,8 @@ Bicubic elements cannot bend without membrane strain of high order, which would 
 shells: 20 % of the pinched hemisphere is missing on 4 x 4 elements. So the membrane energy is
 that of 2 x 2 Gauss points, but for parts f of the stiffness (1 - nu) C diag(f1, f2, f12/2) that
 see all strain (4 x 4 points), and keep the rank. The order of convergence stays that of bending,
-h^4; on coarse meshes of very thin strips that bend far, 2 to 3 is observed. As in beams (``line_elements``) f is in a fixed ratio to bending, in each direction:
+h^4; on coarse meshes of very thin strips that bend far, 2 to 3 is observed. As in
+beams (``line_elements``) f is in a fixed ratio to bending, in each direction:
 f1 = ``MEMBRANE`` h^2/(12 a^2) <= 1, f2 the same with b, f12^2 = f1 f2.
 
 The surface is continuously differentiable (bicubic Hermite functions: Bogner, Fox & Schmit 1965),
