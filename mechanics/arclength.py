@@ -120,7 +120,8 @@ def follow(
     here = start or _point(problem, at_rest(system), 0.0, None)
     if here is None:
         return Path([], [], 0, "the stiffness is singular where the path begins")
-    points, events, spent, first, heading = [here], [], 0, arc, direction
+    points, events, spent = [here], list[Event](), 0
+    first, heading = arc, direction
     while len(points) <= count and not (len(points) > 1 and reached(here)):
         ahead, iterations = _step(problem, here, arc, heading)
         spent += iterations
