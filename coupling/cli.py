@@ -152,7 +152,12 @@ def _run(scene: "Scene", parent: Path, resume: bool) -> None:
 
     out = _out()
     try:
-        outcome = simulation.run(scene, parent, resume, out)
+        if scene.analysis.kind == "dynamics":
+            outcome = simulation.run(scene, parent, resume, out)
+        else:
+            from coupling import analyses
+
+            outcome = analyses.run(scene, parent, out)
     except KeyboardInterrupt:
         _complain(f"interrupted; results so far are under {parent}, --resume goes on from there")
         raise typer.Exit(INTERRUPTED) from None

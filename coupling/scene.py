@@ -106,6 +106,25 @@ class Integrator(Table):
             yield "baumgarte_rate", "belongs to constraints = 'baumgarte'"
 
 
+class Analysis(Table):
+    """[analysis]: what is computed. In statics histories run over the load factor, from 0 to 1."""
+
+    kind: Literal["dynamics", "statics", "modes"] = Field(
+        default="dynamics",
+        description="statics: equilibrium; modes: vibrations about the equilibrium",
+    )
+    steps: Annotated[int, Count()] = Field(default=10, description="of the load, in statics")
+    arc_length: bool = Field(
+        default=False,
+        description="true: follow the path of equilibria, through limit points; loads must go on "
+        "growing beyond the load factor 1",
+    )
+    most_points: Annotated[int, Count()] = Field(
+        default=200, description="of a path, with arc_length"
+    )
+    count: Annotated[int, Count()] = Field(default=10, description="number of modes")
+
+
 class Probe(Table):
     """A point whose motion and temperature are written to probes.csv."""
 
@@ -151,6 +170,7 @@ class Scene(BaseModel):
     time: Span
     coupling: Coupling = Field(default_factory=Coupling)
     integrator: Integrator = Field(default_factory=Integrator)
+    analysis: Analysis = Field(default_factory=Analysis)
     generate: dict[str, RingTruss] = Field(default_factory=dict)
     material: dict[str, MaterialTable] = Field(default_factory=dict)
     section: dict[str, Annotated[Section, Field(discriminator="kind")]] = Field(

@@ -97,3 +97,73 @@ def test_without_its_diagonals_it_folds():
     keep = [h for h in truss.hinges if not h.a.startswith("diagonal")]
     members = [m for m in truss.members if m.kind != "diagonal"]
     assert _rigid_motions(truss._replace(hinges=keep, members=members)) > 6
+
+
+# ------------------------------------------------------------------------------ from a case
+
+CASE = """
+[time]
+end = 0.02
+window = 0.01
+[section.rod]
+kind = "tube"
+mean_radius = "2 cm"
+thickness = "1 mm"
+[generate.ring]
+kind = "ring_truss"
+bays = 6
+diameter = "20 m"
+height = "3 m"
+level = 1
+fitting = "20 cm"
+section = "rod"
+material = "al6061"
+shakers = { count = 4, amplitude = "2 N", frequency = "1 Hz" }
+shock = { from = "60 degC", to = "10 degC", duration = "2 s" }
+[body.diagonal_3]
+damping = "2 ms"
+[thermal]
+solver = "prescribed"
+initial = "60 degC"
+"""
+
+
+def test_a_case_says_it_in_a_few_numbers(tmp_path):
+    from coupling.casefile import from_text
+
+    scene = from_text(CASE, tmp_path)
+    assert (len(scene.body), len(scene.joint), len(scene.load)) == (24, 37, 4)
+    assert scene.body["diagonal_3"].damping == 2e-3
+    assert scene.body["diagonal_2"].damping == 0.0
+    cooled = {name for name, wall in scene.thermal.wall.items() if wall.hot[0](2.0) < 300.0}
+    assert cooled == {
+        *(f"{kind}_{k}" for kind in ("chord_low", "chord_up", "diagonal") for k in (0, 1, 2)),
+        "batten_1", "batten_2",
+    }  # fmt: skip
+
+
+def test_one_override_changes_the_mesh_and_is_kept(tmp_path):
+    from coupling.casefile import from_text
+    from coupling.overrides import parse
+
+    scene = from_text(CASE, tmp_path, parse(["generate.ring.level=3", "body.batten_0.damping=1"]))
+    assert all(len(points) == 10 for points in scene.points.values())
+    again = from_text(scene.text, tmp_path)
+    assert "[body.batten_1]" not in scene.text
+    assert (len(again.body), again.body["batten_0"].damping) == (24, 1.0)
+
+
+def test_it_runs_and_only_the_cooled_half_gets_shorter(tmp_path):
+    from coupling import simulation
+    from coupling.casefile import from_text
+    from coupling.results import Results
+
+    outcome = simulation.run(from_text(CASE, tmp_path), tmp_path)
+    assert outcome.code == 0, outcome.reason
+    with Results.open(outcome.folder) as results:
+        at = {name: results[f"bodies/{name}/temperature"][-1] for name in ("batten_1", "batten_4")}
+        ledger = {name: column[-1] for name, column in results.table("ledger").items()}
+    assert np.allclose(at["batten_1"][:, 0], 333.15 - 0.5)
+    assert np.allclose(at["batten_4"][:, 0], 333.15)
+    largest = max(abs(x) for name, x in ledger.items() if not name.startswith("heat_"))
+    assert abs(ledger["defect"]) < 1e-5 * largest

@@ -1,0 +1,135 @@
+"""Statics and modes of a case: equilibria over a load factor, vibrations about an equilibrium.
+
+Results have the form of a run: frames are load factors, or numbers of modes, in place of time.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling import observables
+from coupling.errors import BadCase, Problem
+from coupling.model import Model, build
+from coupling.results import Recorder, new_run_folder
+from coupling.scene import Scene
+from coupling.simulation import Outcome
+
+Array = NDArray[np.float64]
+
+SHOWN = 0.1
+"""Largest change of a coordinate in the frame of a mode, relative to its size [-]."""
+
+
+class Place(NamedTuple):
+    """Coordinates and multipliers at rest; ``t`` is the load factor or the number of a mode."""
+
+    t: float
+    q: Array
+    lam: Array
+    v: Array
+
+
+def run(scene: Scene, folder: Path | None = None, console: Any = None) -> Outcome:
+    """Run the [analysis] of a case and record it; exit code 3 where there is no equilibrium."""
+    model = build(scene)
+    recorder = Recorder(new_run_folder(folder or scene.folder / "results"), model.meta(scene))
+    analyse = {"statics": _statics, "modes": _modes}[scene.analysis.kind]
+    frames, reason = analyse(model, recorder, console)
+    _record(model, recorder, frames)
+    recorder.close("stopped" if reason else "done", reason)
+    return Outcome(3 if reason else 0, recorder.path.parent, reason)
+
+
+def _temperatures(model: Model) -> tuple[Array, Array]:
+    """Section temperatures at load factor 0 and 1: those of the start and of the end."""
+    solver, read = model.pair.heat_solver, model.pair.transfer.read
+    if solver is None:
+        return read(np.zeros(0)), read(np.zeros(0))
+    if model.scene.thermal is None or model.scene.thermal.solver != "prescribed":
+        text = "statics and modes take temperatures that are given: solver = 'prescribed'"
+        raise BadCase(str(model.scene.folder), [Problem("thermal.solver", text)])
+    start = solver.initial()
+    end, _, why = solver.advance(start, 0.0, model.end, np.zeros(len(start)))
+    if why:
+        raise BadCase(str(model.scene.folder), [Problem("thermal", why)])
+    return read(start), read(end)
+
+
+# ------------------------------------------------------------------------------------ analyses
+
+
+def _statics(
+    model: Model, recorder: Recorder, console: Any
+) -> tuple[list[tuple[Place, Array]], str]:
+    """Equilibria and the section temperatures at them; "" or the reason why there are no more."""
+    from mechanics.arclength import follow
+    from mechanics.statics import equilibrium
+
+    system, (T0, T1) = model.motion_solver.system, _temperatures(model)
+    c0, c1 = system.coefficients(T0), system.coefficients(T1)
+    table = model.scene.analysis
+    rest = Place(0.0, system.layout.q0, np.zeros(system.m), np.zeros(system.n))
+    if not table.arc_length:
+        found = equilibrium(system, c0, c1, table.steps)
+        places = [rest, rest._replace(t=found.fraction, q=found.q, lam=found.lam)]
+        why, spent = found.why, found.iterations
+    else:
+        path = follow(system, c0, c1, count=table.most_points)
+        places = [
+            rest._replace(t=p.load, q=p.y[: system.n], lam=p.y[system.n :]) for p in path.points
+        ]
+        why, spent = path.why, path.iterations
+        for event in path.events:
+            _say(console, f"{event.kind} at load factor {event.point.load:.6g}")
+    _say(console, f"load factor {places[-1].t:.6g} after {spent} iterations")
+    return [(place, T0 + place.t * (T1 - T0)) for place in places], why
+
+
+def _modes(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, str]:
+    """Equilibrium at load factor 1, then one frame for each mode about it."""
+    from mechanics.modes import modes
+
+    frames, why = _statics(model, recorder, console)
+    if why:
+        return frames, why
+    system, (place, T) = model.motion_solver.system, frames[-1]
+    found = modes(
+        system, place.q, place.lam, system.coefficients(T), model.scene.analysis.count, 1.0
+    )
+    recorder.declare("modes", "number", "", "of the mode")
+    recorder.declare("modes", "frequency", "Hz", "negative where the equilibrium is unstable")
+    shown = [(place._replace(t=0.0), T)]
+    for k, (frequency, shape) in enumerate(zip(found.frequencies, found.shapes.T, strict=True), 1):
+        recorder.append("modes", {"number": k, "frequency": frequency})
+        _say(console, f"mode {k}: {frequency:.6g} Hz")
+        change = SHOWN * shape / np.max(np.abs(shape) / system.scale)
+        shown.append((place._replace(t=float(k), q=place.q + change), T))
+    if found.unstable:
+        _say(console, f"the equilibrium is unstable: {found.unstable} motions grow")
+    return shown, ""
+
+
+def _say(console: Any, text: str) -> None:
+    if console is not None:
+        console.print(text, markup=False)
+
+
+# ------------------------------------------------------------------------------------- results
+
+
+def _record(model: Model, recorder: Recorder, frames: Iterable[tuple[Place, Array]]) -> None:
+    system = model.motion_solver.system
+    for name, attributes in model.body_attributes().items():
+        recorder.describe_group(f"bodies/{name}", attributes)
+    for name, elements in model.surfaces().items():
+        recorder.append_many(f"surfaces/{name}", elements)
+    for place, T in frames:
+        recorder.append("frames", {"time": place.t})
+        rows = observables.bodies(system, place, T, system.coefficients(T))
+        for name, row in rows.items():
+            recorder.append(f"bodies/{name}", row)
+        for name, row in observables.probes(model.scene, model.layout, place, T).items():
+            recorder.append(f"probes/{name}", row)

@@ -1,0 +1,111 @@
+"""Statics and modes of cases, from text to results."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from coupling.cli import app
+from coupling.reading import Results
+
+CASE = """
+[time]
+end = 1
+window = 1
+[section.bar]
+kind = "rectangle"
+height = "1 cm"
+width = "1 cm"
+[material.m]
+density = 2700
+youngs_modulus = "69 GPa"
+poissons_ratio = 0.0
+expansion = "23.1e-6 1/K"
+conductivity = 1
+heat_capacity = 1
+[body.bar]
+kind = "beam"
+start = [0.0, 0.0, 0.0]
+end = [1.0, 0.0, 0.0]
+elements = 8
+normal = [0, 1, 0]
+section = "bar"
+material = "m"
+[joint.root]
+kind = "clamp"
+a = { body = "bar", at = "start" }
+[probe.tip]
+body = "bar"
+at = "end"
+"""
+PUSH = """
+[load.push]
+kind = "force"
+at = { body = "bar", at = "end" }
+direction = [0, 0, 1]
+amplitude = { ramp = { end = 2, from = 0, to = 230 } }
+"""
+HEAT = """
+[thermal]
+solver = "prescribed"
+initial = "20 degC"
+[thermal.wall.w]
+body = "bar"
+side = [0, 1, 0]
+hot = { ramp = { end = 1, from = "20 degC", to = "120 degC" } }
+cold = { ramp = { end = 1, from = "20 degC", to = "120 degC" } }
+"""
+
+
+def ran(tmp_path, text, code=0):
+    (tmp_path / "case.toml").write_text(text)
+    result = CliRunner().invoke(app, ["run", str(tmp_path)])
+    assert result.exit_code == code, result.output
+    return result.output, Results.open(tmp_path / "results" / "001")
+
+
+@pytest.mark.parametrize("more", ["", "arc_length = true\n"])
+def test_equilibrium_of_a_bent_cantilever(tmp_path, more):
+    """Elastica at P L^2 / (E I) = 2 (Bisshopp & Drucker 1945), within its stretch and shear."""
+    _, results = ran(tmp_path, CASE + PUSH + f'[analysis]\nkind = "statics"\n{more}')
+    with results:
+        load = results["probes/tip/time"][-1]
+        tip = results["probes/tip/position"][-1]
+    if not more:
+        assert load == 1.0
+        assert np.allclose(tip, [1 - 0.16064172, 0, 0.49345748], atol=1e-4)
+    assert load >= 1.0 and tip[2] > 0.49
+
+
+def test_temperature_of_the_prescribed_solver_is_taken(tmp_path):
+    _, results = ran(tmp_path, CASE + HEAT + '[analysis]\nkind = "statics"\n')
+    with results:
+        grown = results["probes/tip/position"][-1] - results["probes/tip/position"][0]
+    assert grown[0] == pytest.approx(23.1e-6 * 100.0, rel=2e-3)  # its expansion is that of length
+
+
+def test_modes_of_a_cantilever(tmp_path):
+    """(1.8751, 4.6941 / L)^2 sqrt(E I / (rho A)) / (2 pi), each twice: the section is square."""
+    output, results = ran(tmp_path, CASE + '[analysis]\nkind = "modes"\ncount = 4\n')
+    with results:
+        found = results["modes/frequency"]
+        frames = results["frames/time"]
+    factor = np.sqrt(69e9 * 1e-4**2 / 12 / (2700 * 1e-4)) / (2 * np.pi)
+    exact = factor * np.array([1.8751041, 1.8751041, 4.6940911, 4.6940911]) ** 2
+    assert np.allclose(found, exact, rtol=2e-3)
+    assert len(frames) == 5
+    assert "mode 1: " in output
+
+
+def test_what_nothing_holds_is_said(tmp_path):
+    free = CASE.replace('[joint.root]\nkind = "clamp"\na = { body = "bar", at = "start" }\n', "")
+    output, _ = ran(tmp_path, free + PUSH + '[analysis]\nkind = "statics"\n', code=3)
+    assert "nothing holds" in output
+
+
+def test_other_heat_is_refused(tmp_path):
+    (tmp_path / "case.toml").write_text(
+        CASE + "[thermal]\ninitial = 300\n" + '[analysis]\nkind = "statics"\n'
+    )
+    result = CliRunner().invoke(app, ["run", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "thermal.solver: statics and modes take temperatures that are given" in result.output
