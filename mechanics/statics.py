@@ -3,7 +3,7 @@
 Newton's matrix takes the stress in the geometric stiffness from the linear prediction of the
 step before (``mechanics.prediction``). Its steps are taken in full, but for a limit on their
 length: shortened ones do worse with large rotations. A load step that does not converge is
-halved; small ones are tried with a line search on the natural level (Deuflhard 2011, Newton
+halved; the smallest are tried with a line search on the natural level (Deuflhard 2011, Newton
 Methods for Nonlinear Problems, sec. 3.3), which holds with constraints as without and does not
 mind, as the residual does, how much stiffer a beam is along its axis than across.
 """
@@ -39,6 +39,9 @@ BALANCE = 1e-8
 
 ROUNDING = 1e-12
 """Unbalanced force that rounding of the coordinates may leave, relative to stiffness [-]."""
+
+LAST = 256
+"""Load steps this much smaller than the first one are tried with the line search."""
 
 EASY, GROWTH = 4, 4.0
 """Iterations after which the next load step is doubled; largest step, of the first one."""
@@ -111,7 +114,7 @@ def equilibrium(
         if 1.0 - goal < 1e-9:
             goal = 1.0
         small = increment <= 1.0 / (8 * steps)
-        allowed = Allowed(tolerance, iterations, bound, careful=small)
+        allowed = Allowed(tolerance, iterations, bound, increment <= 1.0 / (LAST * steps))
         found = newton(system, y, goal, between(c0, c1, goal), allowed)
         spent += found.iterations
         moved = float(np.max(np.abs(found.y - y)[: system.n] / system.scale, initial=0.0))

@@ -145,7 +145,7 @@ def _turned(p: Point) -> bool:
 def lee_frame() -> list[Result]:
     """Bars of 120 cm, 3 x 2 cm, E = 720 kN/cm^2, loaded 24 cm from the corner: lengths in cm, kN.
 
-    Other programs give 1.85 to 1.86 kN, by their number of elements.
+    A published load, not computed otherwise here.
     """
     path = followed(_lee(10), _turned_down, arc=2e-2, largest=4e-2)
     return [Check("limit load", first(path, LIMIT).point.load, 1.855, 3e-3, "kN")]
@@ -169,7 +169,10 @@ def _lee(elements: int) -> Model:
 
 @problem("stability", "deep arch, one end clamped", "DaDeppo & Schmidt 1975")
 def deep_arch() -> list[Result]:
-    """Radius 100 over 215 degrees, EI = 1e6, EA = 1e8, loaded at the crown: it falls aside."""
+    """Radius 100 over 215 degrees, EI = 1e6, EA = 1e8, loaded at the crown: it falls aside.
+
+    A published load, not computed otherwise here.
+    """
     path = followed(_deep_arch(64), _turned_down, arc=5e-2, largest=0.1)
     return [Check("limit load", first(path, LIMIT).point.load, 897.0, 1e-3)]
 
@@ -201,6 +204,7 @@ def clamp_at(name: str, position: Array, node: int) -> Clamp:
 
 @problem("stability", "thermal buckling, h = 10 mm, L = 1 m", "Euler: α ΔT = (β π)² I/(A L²)")
 def thermal_buckling() -> list[Result]:
+    """The heated bar is thicker, too, which raises the load by about 3 α ΔT."""
     expansion, height = 23.1e-6, 0.01
     unit = (np.pi * height) ** 2 / 12.0 / expansion
     ends: dict[str, tuple[Callable[[int], list[Joint]], float]] = {
@@ -272,7 +276,11 @@ def _lateral(elements: int) -> float:
 
 @problem("stability", "lateral buckling of a right-angle frame", "Argyris et al. 1979")
 def right_angle_frame() -> list[Result]:
-    """L = 240, h = 30, t = 0.6 mm, E = 71240 N/mm^2, nu = 0.31; lengths in mm."""
+    """L = 240, h = 30, t = 0.6 mm, E = 71240 N/mm^2, nu = 0.31; lengths in mm.
+
+    The load pulls the free end away from the wall, along the leg that is held there. A published
+    load, not computed otherwise here.
+    """
     return [Check("critical load", _right_angle(16, X), 1.088, 1e-2, "N")]
 
 
