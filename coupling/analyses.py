@@ -61,9 +61,10 @@ def _temperatures(model: Model) -> tuple[Array, Array]:
 # ------------------------------------------------------------------------------------ analyses
 
 
-def _statics(
-    model: Model, recorder: Recorder, console: Any
-) -> tuple[list[tuple[Place, Array]], str]:
+Frames = list[tuple[Place, Array]]
+
+
+def _statics(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, str]:
     """Equilibria and the section temperatures at them; "" or the reason why there are no more."""
     from mechanics.arclength import follow
     from mechanics.statics import equilibrium
