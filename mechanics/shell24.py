@@ -1,6 +1,6 @@
 """Thick shell with four nodes of 6 coordinates: r and the director r_n.
 
-Bilinear position r + zeta r_n for any quadrilaterals, branched ones too. Locking is removed by
+Bilinear position r + zeta r_n for any quadrilaterals. Locking is removed by
 
 - transverse shear from the middles of the four sides (Dvorkin & Bathe 1984),
 - stretch of the director from the nodes (Betsch & Stein 1995),
