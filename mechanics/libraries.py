@@ -1,7 +1,7 @@
 """Sparse solvers of other people, with pivoting, behind one door.
 
-SuperLU comes with scipy. PARDISO can be used where an ``mkl`` wheel lies in the environment, UMFPACK
-where ``scikits.umfpack`` can be imported.
+SuperLU comes with scipy. PARDISO can be used where an ``mkl`` wheel lies in the environment,
+UMFPACK where ``scikits.umfpack`` can be imported.
 """
 
 import ctypes
