@@ -471,9 +471,18 @@ Load = Force | Moment | Torque | Traction
 
 @dataclass(frozen=True)
 class Description:
-    """Everything that moves."""
+    """Everything that moves.
+
+    Attributes
+    ----------
+    rayleigh : damping C = first [1/s] M + second [s] K of flexible bodies, K in the reference; it
+        damps rigid motion as well and is not objective (Hua et al. 2026); None: no such damping
+    heavy_when_cold : bool  mass follows the density law of the materials, window by window
+    """
 
     bodies: Sequence[Body]
     joints: Sequence[Joint] = ()
     loads: Sequence[Load] = ()
     gravity: Array = field(default_factory=_zeros)
+    rayleigh: tuple[float, float] | None = None
+    heavy_when_cold: bool = False

@@ -89,17 +89,21 @@ class State(NamedTuple):
     ledger: Array
     rung: int
     calm: int
-    counts: Array
+    counts: NDArray[np.int64]
     latched: Array
 
 
 class Window(NamedTuple):
-    """Coefficients at both ends of a window that starts at ``t0`` and lasts ``h`` [s]."""
+    """Coefficients at both ends of a window that starts at ``t0`` and lasts ``h`` [s].
+
+    packed : the program with the masses of this window; None: those of the system
+    """
 
     t0: float
     h: float
     c0: Coefficients
     c1: Coefficients
+    packed: march.Packed | None = None
 
     @classmethod
     def between(
@@ -134,7 +138,10 @@ def initial_state(
     v = impulse(system, q, system.layout.v0.copy(), t, coef)
     found = None if v is None else balanced(system, q, v, t, coef)
     if found is None or v is None:
-        return None, "initial accelerations: the constraints contradict or repeat one another"
+        return None, (
+            "initial accelerations: constraints contradict or repeat one another, "
+            "or something without mass is free to move"
+        )
     a, lam, force = found
     response = system.respond(system.unknowns(q), _padded(system, v), coef)
     approach = np.zeros(len(response))
@@ -142,7 +149,7 @@ def initial_state(
     size = system.n + system.m if control.scheme.kind == march.BDF2 else 0
     motion = Motion(t, q, v, a, lam, force, approach, np.zeros((2, size)), 0.0)
     ledger = np.zeros(march.TERMS)
-    ledger[0] = 0.5 * float(v @ (system.mass @ v))
+    ledger[0] = _kinetic(system, v)
     ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
     return State(motion, ledger, 0, 0, np.zeros(4, np.int64), latched), ""
 
@@ -194,6 +201,13 @@ def _slopes(
     return (high - low) / (2.0 * eps), (low - 2.0 * here + high) / eps**2
 
 
+def _kinetic(system: System, v: Array) -> float:
+    """Kinetic energy [J], to the last bit as the march finds it."""
+    momentum = np.empty(system.n)
+    march.inertia(system.packed, v, momentum)
+    return march.half_product(v, momentum)
+
+
 def _padded(system: System, v: Array) -> Array:
     return np.concatenate([v, np.zeros(system.m)])
 
@@ -225,7 +239,7 @@ def advance(
     carried, latched = _carried(system, state), state.latched.copy()
     while True:
         w = _memory(system, control, window, carried, latched, full)
-        how, count, worst = march.march(system.packed, w)
+        how, count, worst = march.march(window.packed or system.packed, w)
         if observe is not None and count:
             observe(_rows(system, w, count))
         carried = _returned(system, w)
@@ -287,7 +301,7 @@ def _latch(system: System, window: Window, c: march.Carried, latched: Array) -> 
     found = None if v is None else balanced(system, c.y[:n], v, t, coef)
     if v is None or found is None:
         return march.SINGULAR
-    kinetic = 0.5 * float(v @ (system.mass @ v))
+    kinetic = _kinetic(system, v)
     c.ledger[march.HYSTERESIS] += c.ledger[march.KINETIC] - kinetic
     c.ledger[march.KINETIC] = kinetic
     c.v[:n], c.a[:], c.y[n:], c.force[:] = v, found[0], found[1], found[2]

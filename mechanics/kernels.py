@@ -49,7 +49,7 @@ def kernel(signature: Any) -> Callable[[Callable], int]:
     """Compile (cached) for ``signature``; what remains is the address of the function."""
 
     def compiled(function: Callable) -> int:
-        made = cfunc(signature, cache=True, error_model="numpy")(function)
+        made: Any = cfunc(signature, cache=True, error_model="numpy")(function)
         _KEPT.append(made)
         return int(made.address)
 
@@ -84,7 +84,7 @@ def at(signature: Any) -> Any:
 
 
 @intrinsic
-def part(typing_context, array, start, stop):
+def _part(typing_context, array, start, stop):
     """array[start:stop] of a line, unchecked and uncounted: it must not outlive the array."""
 
     def generate(context, builder, sig, args):
@@ -101,6 +101,9 @@ def part(typing_context, array, start, stop):
         return made._getvalue()
 
     return array(array, types.int64, types.int64), generate
+
+
+part: Any = _part
 
 
 force_at = at(FORCE)

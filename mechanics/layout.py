@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from mechanics.description import (
     Beam,
     Body,
     ClearanceRevolute,
-    Cylindrical,
     Gear,
     Joint,
     Latch,
@@ -118,7 +118,7 @@ class Layout:
             start = stop
         own = _joint_coordinates(named, joints)
         index, x, axes = _points(bodies, joints)
-        return cls(
+        made = cls(
             bodies=named,
             kinds=kinds,
             node_dofs=node_dofs,
@@ -130,6 +130,11 @@ class Layout:
             x=x,
             axes=axes,
         )
+        for joint in joints:
+            if isinstance(joint, Sliding):
+                place = made.joint_dofs[f"{joint.name}.{PLACE}"]
+                made.q0[place] = _nearest(_track(named, joint), made.site(joint.a).position)
+        return made
 
     def site(self, site: Site) -> Side:
         """Coordinates and reference geometry of one end of a joint."""
@@ -229,7 +234,7 @@ def _triad(body: Body, now: Array, site: Site) -> Array:
     if isinstance(body, RigidBody):
         return np.asarray(body.axes, float)
     if isinstance(body, Beam):
-        e1, e2, e3 = np.asarray(body.axes, float)[site.node]
+        e1, e2, _ = np.asarray(body.axes, float)[site.node]
         if site.fraction:
             e1, e2 = (now[1], e2) if body.element == "cable" else (np.cross(now[1], now[2]), now[1])
         return _orthonormal(e1, e2)
@@ -324,12 +329,15 @@ def _scales(body: Body) -> Array:
 def _joint_coordinates(
     bodies: Mapping[str, Body], joints: Sequence[Joint]
 ) -> dict[str, tuple[float, float]]:
-    """Reference value and scale of the coordinates that joints own."""
+    """Reference value and scale of the coordinates that joints own.
+
+    Those of sliders wait for the coordinates of the bodies.
+    """
     named = {joint.name: joint for joint in joints}
     own: dict[str, tuple[float, float]] = {}
     for joint in joints:
         if isinstance(joint, Sliding):
-            own[f"{joint.name}.{PLACE}"] = _nearest(bodies, joint)
+            own[f"{joint.name}.{PLACE}"] = 0.0, float(_track(bodies, joint).lengths.sum())
         for name in _turning(joint):
             slides = isinstance(named.get(name), Prismatic)
             kind = TRAVEL if slides and isinstance(joint, Latch) else TURN
@@ -344,50 +352,46 @@ def _turning(joint: Joint) -> tuple[str, ...]:
     return (joint.joint,) if isinstance(joint, Latch | TorsionSpring) else ()
 
 
-def _nearest(bodies: Mapping[str, Body], joint: Sliding) -> tuple[float, float]:
-    """Arc length [m] of the point of the body that is nearest to the slider, and the length."""
+class _Track(NamedTuple):
+    """The axis of a line body as cubics: ends (n_e, 2, 3), slopes there, arc lengths (n_e,)."""
+
+    ends: Array
+    slopes: Array
+    lengths: Array
+
+
+def _track(bodies: Mapping[str, Body], joint: Sliding) -> _Track:
     body = bodies.get(joint.body)
     if not isinstance(body, Beam) or "r_x" not in family_of(body).vectors:
         raise ValueError(f"joint {joint.name!r}: {joint.body!r} is no beam or cable to slide on")
-    points = np.asarray(body.points, float)
-    slopes = np.asarray(body.axes, float)[:, 0]
-    lengths = arc_lengths(
-        np.stack([points[:-1], points[1:]], 1), np.stack([slopes[:-1], slopes[1:]], 1)
-    )
-    target = _place(joint.a, {name: _places(b) for name, b in bodies.items()})
-    best = _closest(points, slopes, lengths, target)
-    return best, float(lengths.sum())
+    points, e1 = np.asarray(body.points, float), np.asarray(body.axes, float)[:, 0]
+    ends, slopes = np.stack([points[:-1], points[1:]], 1), np.stack([e1[:-1], e1[1:]], 1)
+    return _Track(ends, slopes, arc_lengths(ends, slopes))
 
 
-def _closest(points: Array, slopes: Array, lengths: Array, target: Array) -> float:
-    """Arc length of the nearest point of a chain of cubics: a fine search, then Newton."""
-    x = np.linspace(0.0, 1.0, 65)[:, None]
-    before, best = 0.0, (np.inf, 0.0)
-    for e, L in enumerate(lengths):
-
-        def axis(x, e=e, L=L):
-            a, b = points[e], points[e + 1]
-            hermite = (1 - x) ** 2 * (1 + 2 * x), L * x * (1 - x) ** 2
-            far = x * x * (3 - 2 * x), L * x * x * (x - 1)
-            return hermite[0] * a + hermite[1] * slopes[e] + far[0] * b + far[1] * slopes[e + 1]
-
-        distance = np.linalg.norm(axis(x) - target, axis=1)
-        k = int(np.argmin(distance))
-        lower, upper = x[max(k - 1, 0), 0], x[min(k + 1, 64), 0]
-        found = _golden(lambda s: float(np.linalg.norm(axis(s) - target)), lower, upper)
-        best = min(best, (float(np.linalg.norm(axis(found) - target)), before + found * L))
-        before += L
-    return best[1]
+def _nearest(track: _Track, target: Array) -> float:
+    """Arc length [m] of the point of an axis that is nearest to ``target`` (3,)."""
+    found = [_foot(track, e, target) for e in range(len(track.lengths))]
+    nearest = int(np.argmin([distance for distance, _ in found]))
+    return float(track.lengths[:nearest].sum()) + found[nearest][1] * track.lengths[nearest]
 
 
-def _golden(distance, lower: float, upper: float) -> float:
-    from scipy.optimize import minimize_scalar
+def _foot(track: _Track, element: int, target: Array) -> tuple[float, float]:
+    """Least distance [m] of an element to ``target``, and where it is: 0 to 1.
 
-    found = minimize_scalar(
-        lambda s: distance(s) ** 2, bounds=(lower, upper), method="bounded",
-        options={"xatol": 1e-14},
-    )  # fmt: skip
-    return min((lower, upper, float(found.x)), key=distance)
+    The distance from a cubic is stationary where a polynomial of degree five vanishes.
+    """
+    x = np.array([0.0, 1 / 3, 2 / 3, 1.0])
+    (a, b), (s, t), L = track.ends[element], track.slopes[element], track.lengths[element]
+    weights = np.stack([
+        (1 - x) ** 2 * (1 + 2 * x), L * x * (1 - x) ** 2, x * x * (3 - 2 * x), L * x * x * (x - 1)
+    ])  # fmt: skip
+    powers = np.linalg.solve(np.vander(x, 4, increasing=True), weights.T @ np.stack([a, s, b, t]))
+    cubics = [Polynomial(c) for c in (powers - np.eye(4)[:, :1] * target).T]
+    slope = sum((c * c.deriv() for c in cubics), Polynomial([0.0]))
+    roots = slope.roots()
+    inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0.0) & (roots.real < 1.0)]
+    return min((float(np.hypot.reduce([c(p) for c in cubics])), float(p)) for p in (0, 1, *inside))
 
 
 def _place(site: Site, positions: Mapping[str, Array]) -> Array:

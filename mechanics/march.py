@@ -17,7 +17,7 @@ The multipliers are scaled by (1 - alpha_f) B (Bottasso, Bauchau & Cardona 2007)
 """
 
 from math import ceil, gamma, log2, pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
@@ -72,11 +72,13 @@ TERMS = 11
 
 REFRESH = 0.5
 """A contraction of the Newton corrections above this calls for a new Jacobian [-]."""
-ACCELERATION = 1e-4
+ACCELERATION = 1e-6
 """Part of the accelerations that may remain uncorrected: since a correction of q divided by B is
 one of a, this keeps forces and multipliers converged when steps are short [-]."""
 ROUND_OFF = 8.0 * 2.220446049250313e-16
 """Corrections below this part of the coordinates mean nothing [-]."""
+STALLED = 16.0
+"""Corrections that no longer shrink are round-off up to this many of its units [-]."""
 FROZEN = 0.35
 """A Jacobian serves step sizes within this fraction of its own [-]."""
 LANDING = 1e-6
@@ -98,13 +100,15 @@ ENOUGH = 2
 
 
 # no wrappers for Python: they take long to compile
-_inner = njit(cache=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_inner = njit(cache=True, error_model="numpy", **_OPTIONS)
 
 
 class Program(NamedTuple):
     """A system as arrays.
 
-    sizes : (3,) int  coordinates n, multipliers m, contacts n_j
+    sizes : (4,) int  coordinates n, multipliers m, contacts n_j; 1 where stored energies are
+        functions of time, otherwise 0
     terms : (n_t, 11) int;  kernels : (n_t, 4) int  addresses
     ints, slots : data of all terms, one after the other
     mass_rows, mass_columns : (n + 1,), (n_m,) int  compressed rows of M
@@ -243,23 +247,28 @@ attempt_at, locate_at, take_at = at(ATTEMPT), at(LOCATE), at(TAKE)
 
 def pack(program: Program) -> Packed:
     """The program in two arrays."""
-    parts = [np.ascontiguousarray(part).ravel() for part in program]
+    lines = [np.ascontiguousarray(array).ravel() for array in program]
     places, ends = [], {False: 0, True: 0}
-    for part in parts:
-        real = part.dtype == np.float64
-        places.append((ends[real], ends[real] + part.size))
-        ends[real] += part.size
-    whole = [part for part in parts if part.dtype != np.float64]
-    reals = [part for part in parts if part.dtype == np.float64]
+    for line in lines:
+        real = line.dtype == np.float64
+        places.append((ends[real], ends[real] + line.size))
+        ends[real] += line.size
+    whole = [line for line in lines if line.dtype != np.float64]
+    reals = [line for line in lines if line.dtype == np.float64]
     return Packed(np.array(places, np.int64), np.concatenate(whole), np.concatenate(reals))
 
 
 def memory(
-    program: Program, settings: Array, window: Window, carried: Carried, factors: int, kept: int,
+    program: Program,
+    settings: Array,
+    window: Window,
+    carried: Carried,
+    factors: int,
+    kept: int,
     full: bool,
 ) -> Memory:
     """Copies of what is carried and of the window, and room for ``kept`` rows and the work."""
-    n, m, joints = map(int, program.sizes)
+    n, m, joints = map(int, program.sizes[:3])
     y, looks = n + m, 5 + 2 * n + joints * (COLUMNS + 6)
     driven, some = len(program.driven), kept if full else 0
     given = [*carried[:-1], settings, *window]
@@ -385,6 +394,15 @@ def inertia(p, a, out):
         for k in range(rows[i], rows[i + 1]):
             total += mass[k] * a[columns[k]]
         out[i] = total
+
+
+@njit(cache=True, error_model="numpy")
+def half_product(v, momentum):
+    """Kinetic energy [J] of velocities and momenta (n,)."""
+    total = 0.0
+    for i in range(momentum.size):
+        total += 0.5 * v[i] * momentum[i]
+    return total
 
 
 @njit(cache=True, error_model="numpy")
@@ -547,10 +565,10 @@ def _serves(p, w, h):
         return False
     if jacobian[1] > _whole(p, P_SOLVER)[2]:
         return False
+    same = True
     for j in range(touching.size):
-        if touching[j] != (approach[j] != 0.0):
-            return False
-    return True
+        same = same and touching[j] == (approach[j] != 0.0)
+    return same
 
 
 @_inner
@@ -624,10 +642,10 @@ def _newton(p, w, h):
     for i in range(n):
         floor = max(floor, abs(y0[i]) / scale[i])
     floor *= ROUND_OFF
-    before, contraction, worst, tolerance = np.inf, 0.0, 0, s[NEWTON]
+    before, contraction, worst, tolerance, settled = np.inf, 0.0, 0, s[NEWTON], False
     for count in range(int(s[ITERATIONS]) + 1):
         _residual(p, w, h)
-        if count and contraction * before <= tolerance:
+        if settled or (count and contraction * before <= tolerance):
             _real(w, FORCE1)[:] = _real(w, TOTAL)[:n]
             return DONE, count, worst
         _solve(p, w)
@@ -640,8 +658,9 @@ def _newton(p, w, h):
         contraction = size / before if count else 1.0
         if not np.isfinite(size):
             return INFINITE, count + 1, _first_infinite(_real(w, TOTAL), worst)
-        if count and contraction > REFRESH and size > tolerance:
+        if count and contraction > REFRESH and size > max(tolerance, STALLED * floor):
             return UNCONVERGED, count + 1, worst
+        settled = count > 0 and contraction > REFRESH
         tolerance = max(floor, min(s[NEWTON], ACCELERATION * B * moved))
         for i in range(n):
             a1[i] += x[i] / B
@@ -915,7 +934,7 @@ def impact_duration(mass, stiffness, speed, exponent):
 @_inner
 def _rung_below(s, h):
     """First rung of the ladder whose step is not longer than ``h``."""
-    return max(0, int(ceil(log2(s[LARGEST] / max(h, s[SMALLEST])) - 1e-9)))
+    return max(0, ceil(log2(s[LARGEST] / max(h, s[SMALLEST])) - 1e-9))
 
 
 @_inner
@@ -954,9 +973,7 @@ def _look(p, w, y, v, coef, which):
     n, out, inertial = p.ints[0], _real(w, SCRATCH), _real(w, INERTIA)
     real, external, drive, response, split = _looked(p, w, which)
     inertia(p, v, inertial)
-    real[0] = 0.0
-    for i in range(n):
-        real[0] += 0.5 * v[i] * inertial[i]
+    real[0] = half_product(v, inertial)
     energies(p, y, v, coef, real[1:])
     out[:] = 0.0
     forces(p, y, v, coef, LOAD, out)
@@ -997,8 +1014,11 @@ def _contact_losses(p, w, old, new):
 
 @_inner
 def _heating(p, w, before, after):
-    """Energy [J] that a change of coefficients brings, mean over both ends of a step."""
-    if _real(w, C1).size == 0:
+    """Energy [J] that a change of coefficients brings, mean over both ends of a step.
+
+    They change with temperature, or by functions of time such as the rope that a winch pays out.
+    """
+    if _real(w, C1).size == 0 and p.ints[3] == 0:
         return 0.0
     out = np.zeros(4)
     energies(p, _real(w, Y), _real(w, V), _real(w, COEF), out)
@@ -1103,7 +1123,7 @@ def _size(w, target):
         return target
     remaining = _real(w, SPAN)[1] - _real(w, CLOCK)[0]
     rung = _real(w, SETTINGS)[LARGEST] / 2.0 ** w.whole[0]
-    return remaining / max(1, int(ceil(remaining / rung - 1e-9)))
+    return remaining / max(1, ceil(remaining / rung - 1e-6))
 
 
 @_inner
@@ -1134,14 +1154,15 @@ def _substep(p, w, old):
 
 @_inner
 def _enter(p, w):
-    """Begin a window; a jump of the coefficients since the last one is work of heating."""
+    """Begin a window; a jump of coefficients or masses since the last one is work of heating."""
     coef, ledger, at = _real(w, COEF), _real(w, LEDGER), _whole(p, P_CONTACT_AT)
     _coefficients(p, w, _real(w, CLOCK)[0])
     for j in range(at.size):
         coef[at[j] + APPROACH] = _real(w, APPROACH0)[j]
     _look(p, w, _real(w, Y), _real(w, V), coef, 0)
     now = _looked(p, w, 0)[0]
-    ledger[WORK_THERMAL] += now[1] + now[2] - ledger[STRAIN] - ledger[CONTACT_ELASTIC]
+    for k in range(3):
+        ledger[WORK_THERMAL] += now[k] - ledger[k]
     ledger[:3] = now[:3]
 
 

@@ -78,16 +78,18 @@ class System:
         self.elements = _elements(description, self.layout)
         holding = _rigid(description, self.layout) + _joints(description, self.layout)
         self.m = sum(term.rows for term in holding)
-        self.mass = _mass(self.n, [*self.elements, *holding], _points(description, self.layout))
+        self._inertia = _inertia([*self.elements, *holding], _points(description, self.layout))
+        self.mass = _mass(self.n, self._inertia)
         self.contact = _contact(description, self.layout)
         loads = _loads(description, self.layout, self.mass)
         springs = _springs(description, self.layout, self.n + self.m)
         loose = [] if self.contact is None else [self.contact]
-        self.terms = [*self.elements, *holding, *springs, *loads, *loose]
+        damping = _rayleigh(description, self.elements, self.layout)
+        self.terms = [*self.elements, *damping, *holding, *springs, *loads, *loose]
         self.scale = _scale(description, self.layout)
         self.row_names, self.driven = _rows(self.n, self.m, holding)
         self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
-        self.pattern, self._slots, self._mass_data = _pattern(self)
+        self.pattern, self._mass_slots, self._slots = _pattern(self)
         symmetric = all(getattr(term, "symmetric", True) for term in self.terms)
         self.solver = factor.choose(self.pattern, _blocks(self), symmetric, solver, _ranks(self))
         room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
@@ -95,6 +97,7 @@ class System:
         self._histories = _histories(self.terms, self.columns)
         self.program = _program(self)
         self.packed = march.pack(self.program)
+        self._densities = _densities(description, self.elements, self.layout)
 
     # -- temperature and time ------------------------------------------------------------------
 
@@ -117,6 +120,20 @@ class System:
                 changed[k] = changed[k].copy() if changed[k] is coef[k] else changed[k]
                 changed[k][row, column] = history(t)
         return tuple(changed)
+
+    def packed_at(self, T: Array) -> march.Packed:
+        """The program with the masses at section temperatures ``T`` (m, 3)."""
+        if not self._densities:
+            return self.packed
+        count = len(self.elements)
+        scaled = [
+            (dofs, blocks * density.factors(T)[:, None, None])
+            for (dofs, blocks), density in zip(self._inertia, self._densities, strict=False)
+        ]
+        mass = _mass(self.n, [*scaled, *self._inertia[count:]])
+        data = self.pattern.zeros()
+        np.add.at(data, self._mass_slots, mass.tocoo().data)
+        return march.pack(self.program._replace(mass=mass.data, mass_data=data))
 
     # -- forces, energies, matrices ------------------------------------------------------------
 
@@ -157,7 +174,8 @@ class System:
         """Data of [[cM M + cK K + cC C, Phi_q^T], [Phi_q, 0]] on ``pattern``."""
         data = self.pattern.zeros()
         now = flat(self.timed(coef, t))
-        march.matrix(self.packed, y, v, now, *map(float, factors), data)
+        cM, cK, cC = map(float, factors)
+        march.matrix(self.packed, y, v, now, cM, cK, cC, data)
         return data
 
     def jacobian(self, y: Array, t: float, coef: Coefficients) -> csr_array:
@@ -189,7 +207,7 @@ class System:
         joints = dict.fromkeys(
             term.names[row]
             for term in self.terms
-            if term not in self.elements and (getattr(term, "rows", 0) or term is self.contact)
+            if term is self.contact or getattr(term, "rows", 0) > 0
             for row in np.flatnonzero(np.any(term.dofs == index, axis=1))
         )
         named = [name for name in joints if name not in self.layout.bodies]
@@ -233,6 +251,20 @@ def _joints(description: Description, layout: Layout) -> list:
     return joints.build(description.joints, layout, layout.ndof + 6 * rigid)
 
 
+def _rayleigh(description: Description, elements: list, layout: Layout) -> list:
+    if description.rayleigh is None:
+        return []
+    return import_module("mechanics.rayleigh").build(elements, layout, *description.rayleigh)
+
+
+def _densities(description: Description, elements: list, layout: Layout) -> list:
+    """How the mass of the elements follows their temperature, where it does."""
+    if not description.heavy_when_cold:
+        return []
+    factors = import_module("mechanics.density").DensityFactors
+    return [factors(term, layout) for term in elements]
+
+
 def _springs(description: Description, layout: Layout, first_row: int) -> list:
     kinds = Spring | TorsionSpring | Bushing | Pulley
     items = [
@@ -256,24 +288,28 @@ def _loads(description: Description, layout: Layout, mass: csr_array) -> list:
 
 
 def _points(description: Description, layout: Layout) -> tuple[Indices, Array]:
-    """Coordinates of particles and the mass [kg] that each carries."""
+    """Coordinates (n_p, 3) of particles and their masses (n_p, 3, 3) [kg]."""
     particles = [b for b in description.bodies if isinstance(b, Particle)]
     at = [layout.node_dofs[p.name][0] + np.arange(3) for p in particles]
-    mass = [np.full(3, p.mass) for p in particles]
-    return np.concatenate([np.zeros(0, np.intp), *at]), np.concatenate([np.zeros(0), *mass])
+    mass = [p.mass * np.eye(3) for p in particles]
+    return np.array(at, np.intp).reshape(-1, 3), np.array(mass).reshape(-1, 3, 3)
 
 
-def _mass(n: int, terms: Sequence[Any], points: tuple[Indices, Array]) -> csr_array:
-    """(n, n) mass matrix of all bodies."""
-    rows, columns, values = [points[0]], [points[0]], [points[1]]
+def _inertia(terms: Sequence[Any], points: tuple[Indices, Array]) -> list[tuple[Indices, Array]]:
+    """Coordinates (n_e, k) and mass (n_e, k, k) of the elements of each term, then of points."""
+    found = []
     for term in terms:
         blocks = term.mass_blocks() if hasattr(term, "mass_blocks") else None
         if blocks is not None:
-            k = blocks.shape[1]
-            dofs = term.dofs[:, :k]
-            rows.append(np.repeat(dofs, k, axis=1).ravel())
-            columns.append(np.tile(dofs, (1, k)).ravel())
-            values.append(blocks.ravel())
+            found.append((term.dofs[:, : blocks.shape[1]], blocks))
+    return [*found, points]
+
+
+def _mass(n: int, parts: Sequence[tuple[Indices, Array]]) -> csr_array:
+    """(n, n) mass matrix of all bodies."""
+    rows = [np.repeat(dofs, dofs.shape[1], axis=1).ravel() for dofs, _ in parts]
+    columns = [np.tile(dofs, (1, dofs.shape[1])).ravel() for dofs, _ in parts]
+    values = [blocks.ravel() for _, blocks in parts]
     entries = np.concatenate(rows), np.concatenate(columns)
     mass = csr_array((np.concatenate(values), entries), shape=(n, n))
     mass.sum_duplicates()
@@ -308,16 +344,21 @@ def _rows(n: int, m: int, holding: Sequence[Any]) -> tuple[tuple[str, ...], Indi
     return tuple(names), np.array(driven, dtype=np.int64)
 
 
-def _pattern(system: System) -> tuple[Any, list[Indices], Array]:
-    """Pattern of the system matrix, slots (n_e, k k) of each term, the mass matrix on it."""
+def _pattern(system: System) -> tuple[Any, Indices, list[Indices]]:
+    """Pattern of the system matrix, slots of the mass matrix and (n_e, k k) of each term."""
     coo = system.mass.tocoo()
     diagonal = np.arange(system.n + system.m)[:, None]
     pairs = [(coo.row[:, None], coo.col[:, None]), (diagonal, diagonal)]
     pairs += [(t.dofs, t.dofs) for t in system.terms]
     shape, slots = pattern(system.n + system.m, pairs)
-    mass = shape.zeros()
-    np.add.at(mass, slots[0].ravel(), coo.data)
-    return shape, [s.reshape(len(s), -1) for s in slots[2:]], mass
+    return shape, slots[0].ravel(), [s.reshape(len(s), -1) for s in slots[2:]]
+
+
+def _on_pattern(system: System) -> Array:
+    """The mass matrix on the pattern of the system matrix."""
+    data = system.pattern.zeros()
+    np.add.at(data, system._mass_slots, system.mass.tocoo().data)
+    return data
 
 
 def _blocks(system: System) -> Indices:
@@ -388,10 +429,11 @@ def _program(system: System) -> march.Program:
         joints += len(term.dofs) * (role == march.CONTACT)
     kernels = [[t.force, t.tangent, t.energy, getattr(t, "respond", 0)] for t in terms]
     at, values = _latches(system)
+    wound = any(t.energy and len(getattr(t, "signals", ())) for t in terms)
     solver = system.solver
     contact_at = [_contact_start(rows, j) for j in range(joints)]
     return march.Program(
-        sizes=np.array([system.n, system.m, joints], np.int64),
+        sizes=np.array([system.n, system.m, joints, wound], np.int64),
         terms=np.array(rows, np.int64).reshape(-1, 11),
         kernels=np.array(kernels, np.int64).reshape(-1, 4),
         ints=_line([t.ints for t in terms], np.int64),
@@ -400,7 +442,7 @@ def _program(system: System) -> march.Program:
         mass_rows=system.mass.indptr.astype(np.int64),
         mass_columns=system.mass.indices.astype(np.int64),
         mass=np.ascontiguousarray(system.mass.data),
-        mass_data=system._mass_data,
+        mass_data=_on_pattern(system),
         scale=np.ascontiguousarray(system.scale),
         driven=system.driven,
         signals=np.array([place for place, _ in system._histories], np.int64),
@@ -411,10 +453,17 @@ def _program(system: System) -> march.Program:
         latch_value=values,
         limited=np.array([limit.coordinate for limit in system.limits], np.int64),
         limits=np.array([(x.lower, x.upper) for x in system.limits], float).reshape(-1, 2),
-        solver=np.array([
-            solver.factor, solver.solve, REFACTOR[solver.name == "dense"], march.attempt, march.locate,
-            march.take,
-        ], np.int64),
+        solver=np.array(
+            [
+                solver.factor,
+                solver.solve,
+                REFACTOR[solver.name == "dense"],
+                march.attempt,
+                march.locate,
+                march.take,
+            ],
+            np.int64,
+        ),
         solver_ints=np.ascontiguousarray(solver.ints, np.int64),
     )
 

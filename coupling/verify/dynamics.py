@@ -4,19 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
 from coupling.verify.models import clamp, elastic, model, straight
-from coupling.verify.motion import Path, fixed, order, run
+from coupling.verify.motion import fixed, run
 from coupling.verify.registry import Check, problem
 from mechanics.description import (
-    Distance,
     Force,
     Guide,
-    Joint,
     Load,
     Moment,
-    Particle,
     Revolute,
     Site,
 )
@@ -27,62 +23,6 @@ from meshes.sections import general, rectangle
 Array = NDArray[np.float64]
 GRAVITY = (0.0, -9.81, 0.0)
 PLANE = np.array([[0.0, 0.0, 1.0]])
-
-
-def _pendulum(h: float, end: float, newton: float = 1e-13) -> Path:
-    """Unit mass on a unit rod, released from (-1, 0) (IFToMM benchmark A01)."""
-    bob = Particle("bob", np.array([-1.0, 0.0, 0.0]), 1.0)
-    joints: list[Joint] = [
-        Distance("rod", Site("bob"), Site(None)),
-        Guide("plane", Site("bob"), PLANE),
-    ]
-    made = model(bob, joints, gravity=GRAVITY)
-    path = run(made, end, fixed(h, newton=newton))
-    rows = [made.system.row_names.index(name) for name in ("rod", "plane")]
-    return path._replace(lam=path.lam[:, rows])
-
-
-@problem("dynamics", "pendulum, 10 s in steps of 1 ms", "IFToMM benchmark A01")
-def pendulum() -> list[Check]:
-    x = _pendulum(1e-3, 10.0).q
-    # second-order scheme at 2000 steps per swing: the phase error is what remains
-    return [
-        Check("x(1 s)", x[999, 0], 0.98629175, 1e-5, "m"),
-        Check("y(1 s)", x[999, 1], -0.16501085, 1e-4, "m"),
-        Check("x(10 s)", x[-1, 0], -0.27508746, 1e-3, "m"),
-        Check("y(10 s)", x[-1, 1], -0.96141921, 1e-4, "m"),
-    ]
-
-
-@problem("dynamics", "order of HHT in index 3", "Negrut et al. 2007; exact: angle by DOP853")
-def hht_order() -> list[Check]:
-    end, coarse = 0.8, 8e-3
-    exact = _exact_pendulum(coarse * np.arange(1.0, round(end / coarse) + 1))
-    found = []
-    for refined in (1, 2, 4, 8):
-        p = _pendulum(coarse / refined, end, 1e-15)
-        found.append(
-            [np.abs(getattr(p, k)[refined - 1 :: refined] - e).max() for k, e in exact.items()]
-        )
-    orders = [order(column) for column in np.array(found).T]
-    names = ("positions", "velocities", "multipliers")
-    return [
-        Check(f"order of {n}", p, 2.0, 0.1, "", True) for n, p in zip(names, orders, strict=True)
-    ]
-
-
-def _exact_pendulum(times: Array) -> dict[str, Array]:
-    """Position, velocity and multipliers (rod, plane) at ``times``."""
-    g = -GRAVITY[1]
-    swing = solve_ivp(
-        lambda t, y: [y[1], -g * np.cos(y[0])], (0, times[-1]), [np.pi, 0.0], t_eval=times,
-        method="DOP853", rtol=1e-13, atol=1e-13,
-    )  # fmt: skip
-    a, w = swing.y
-    zero = np.zeros_like(a)
-    r, t = np.stack([np.cos(a), np.sin(a), zero], 1), np.stack([-np.sin(a), np.cos(a), zero], 1)
-    # m r'' = -g e_y - lam r, along r: -w^2 = -g sin(a) - lam
-    return {"q": r, "v": w[:, None] * t, "lam": np.stack([w * w - g * np.sin(a), zero], 1)}
 
 
 @problem(
@@ -106,22 +46,6 @@ def _radius(alpha: float) -> float:
     x = run(model(cable, [hold], [push]), 0.2, fixed(1e-2, alpha, 1e-15)).v[4:, -6]
     _, minus_square = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
     return float(np.sqrt(-minus_square))
-
-
-@problem("dynamics", "double pendulum", "two unit masses and rods from horizontal, DOP853")
-def double_pendulum() -> list[Check]:
-    bobs = [Particle(f"bob{i}", np.array([-float(i), 0.0, 0.0]), 1.0) for i in (1, 2)]
-    joints: list[Joint] = [
-        Distance("upper", Site("bob1"), Site(None)),
-        Distance("lower", Site("bob2"), Site("bob1")),
-        Guide("plane1", Site("bob1"), PLANE), Guide("plane2", Site("bob2"), PLANE),
-    ]  # fmt: skip
-    x = run(model(bobs, joints, gravity=GRAVITY), 1.0, fixed(2.5e-4)).q[-1, 3:5]
-    # the reference starts on the other side, hence |x|
-    return [
-        Check("|x|(1 s)", abs(x[0]), 1.44481885, 1e-4, "m"),
-        Check("y(1 s)", x[1], -1.32179446, 1e-4, "m"),
-    ]
 
 
 @problem("dynamics", "spin-up of a flexible beam", "Simo & Vu-Quoc 1986")
@@ -182,20 +106,6 @@ def flying_spaghetti() -> list[Check]:
         Check("momentum along y", momentum[1], 0.0, 1e-6, "kg m/s", True),
         Check("energy lost after 2.5 s", 1.0 - after[-1] / after[0], 0.0, 1e-2, "", True),
     ]
-
-
-@problem("dynamics", "very flexible pendulum", "Green's axial strain; Biot's would give -0.3106 m")
-def flexible_pendulum() -> list[Check]:
-    """It stretches by several per cent: the strain measure decides.
-
-    The reference has Green's axial strain as the cable has; its curvature measure is not stated.
-    """
-    section = general(0.0018, 1.215e-8, 1.215e-8, 1e-8)
-    cable = straight(1.2, 32, section, elastic(0.7e6, 0.0, 5540.0), "cable")
-    hinge = Guide("pin", Site("beam", 0), np.eye(3))
-    made = model(cable, [hinge], gravity=GRAVITY)
-    path = run(made, 1.0, Control(1e-5, 1e-3, 1e-8, Scheme(alpha=-0.02)))
-    return [Check("tip y(1 s)", path.q[-1, -5], -0.1129, 0.03, "m")]
 
 
 @problem("dynamics", "cantilever released, energy ledger closes", "exact identity of the scheme")
