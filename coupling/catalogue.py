@@ -3,17 +3,35 @@
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import get_args
 
 from rich.console import Console
 from rich.text import Text
 
 from coupling.casefile import FILE_NAME
 from coupling.joint_references import SIDES
+from coupling.reports.registry import REPORTS
+from coupling.scene import Integrator
+from coupling.surface_tables import SURFACES
 from coupling.verify.registry import AREAS
 from mechanics.contact import DISSIPATION, EXPONENT
-from mechanics.elements import FAMILIES
 from meshes.materials import Material, library, library_material
 from thermal.solvers import SOLVERS
+
+ELEMENTS = {
+    "beam3243": "beam, the default: shears, bends, twists; 12 coordinates per node",
+    "beam3243-continuum": "as printed in textbooks: locks",
+    "beam3243-enhanced": "with enhanced continuum mechanics",
+    "beam3333": "three nodes, of higher order, for comparison",
+    "cable": "stretches and bends",
+    "shell48": "thin shell, bicubic",
+    "shell24": "thick shell",
+    "shell3443": "fully parametrised shell, for comparison",
+    "rigid": "rigid body",
+    "particle": "point mass",
+}
+"""What the elements are, by their names in ``mechanics.elements.FAMILIES``."""
+SCHEMES = get_args(Integrator.model_fields["scheme"].annotation)
 
 
 def show(out: Console, folder: Path = Path("cases")) -> None:
@@ -21,10 +39,14 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     _section(out, f"cases under ./{folder}", _cases(folder))
     _section(out, "materials", [(n, _range(library_material(n))) for n in library()])
     _section(out, "thermal solvers  (thermal.solver)", _bare(SOLVERS))
-    _section(out, "elements  (body.NAME.kind: beam, cable, particle)", _bare(FAMILIES))
+    _section(out, "elements  (of bodies: kind or element)", [*ELEMENTS.items()])
+    _section(out, "surfaces of shells  (body.NAME.surface.kind)", _bare(SURFACES))
     _section(out, "joints  (joint.NAME.kind)", _bare(SIDES))
     _section(out, "contact stiffness  (contact.stiffness)", _bare(EXPONENT))
     _section(out, "hysteresis laws  (contact.dissipation)", _bare(DISSIPATION))
+    _section(out, "schemes  (integrator.scheme)", _bare(SCHEMES))
+    _section(out, "generated structures  (generate.NAME.kind)", _bare(["ring_truss"]))
+    _section(out, "reports  (thermobody report ring_truss NAME)", _bare(REPORTS))
     _section(out, "verification areas  (thermobody verify AREA)", _bare(AREAS))
 
 

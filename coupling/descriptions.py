@@ -54,6 +54,8 @@ def motion_description(scene: Scene) -> motion.Description:
         [joint for name in scene.joint for joint in _joints(scene, name)],
         [_load(scene, name) for name in scene.load],
         np.asarray(gravity, float),
+        None if scene.damping is None else (scene.damping.mass, scene.damping.stiffness),
+        scene.coupling.density == "temperature",
     )
 
 

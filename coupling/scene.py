@@ -13,7 +13,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from coupling import quantities
 from coupling.body_tables import Body
-from coupling.fields import Count, Point, PositiveTime, Quantity, Table
+from coupling.fields import Count, Point, PositiveTime, Quantity, Table, Time
 from coupling.generate_tables import RingTruss
 from coupling.heat_tables import MaterialTable, Thermal
 from coupling.joint_tables import Joint
@@ -52,6 +52,11 @@ class Coupling(Table):
     scheme: Literal["serial", "corrected"] = Field(
         default="corrected",
         description="serial: first order; corrected: second order in the window",
+    )
+    density: Literal["constant", "temperature"] = Field(
+        default="constant",
+        description="temperature: mass follows the density of the material, for comparison; it "
+        "is not kept then",
     )
     smallest_window: PositiveTime | None = Field(
         default=None, description="a window is halved down to this before the run stops"
@@ -104,6 +109,18 @@ class Integrator(Table):
                 yield key, f"belongs to the scheme {scheme}, and this one is {self.scheme}"
         if self.baumgarte_rate is not None and self.constraints != "baumgarte":
             yield "baumgarte_rate", "belongs to constraints = 'baumgarte'"
+
+
+class Damping(Table):
+    """[damping]: Rayleigh's, of all flexible bodies; that of [body.NAME] is free of its faults.
+
+    It slows rigid motion down, and rotation as well.
+    """
+
+    mass: Annotated[float, Quantity(quantities.RATE, least=0.0)] = Field(
+        default=0.0, description="factor of the mass matrix"
+    )
+    stiffness: Time = Field(default=0.0, description="factor of the stiffness at the start")
 
 
 class Analysis(Table):
@@ -171,6 +188,7 @@ class Scene(BaseModel):
     coupling: Coupling = Field(default_factory=Coupling)
     integrator: Integrator = Field(default_factory=Integrator)
     analysis: Analysis = Field(default_factory=Analysis)
+    damping: Damping | None = None
     generate: dict[str, RingTruss] = Field(default_factory=dict)
     material: dict[str, MaterialTable] = Field(default_factory=dict)
     section: dict[str, Annotated[Section, Field(discriminator="kind")]] = Field(

@@ -305,3 +305,12 @@ def test_a_distance_may_change():
         'length = { ramp = { end = 1, from = 0, to = "5 cm" } }\n'
     )
     assert named(described(text), "d").length(0.5) == pytest.approx(0.025)
+
+
+def test_damping_and_density_are_options():
+    plain = described("")
+    assert (plain.rayleigh, plain.heavy_when_cold) == (None, False)
+    text = '[damping]\nmass = "0.1 1/s"\nstiffness = "2 ms"\n[coupling]\ndensity = "temperature"\n'
+    made = described(text)
+    assert made.rayleigh == (0.1, 0.002)
+    assert made.heavy_when_cold

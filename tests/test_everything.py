@@ -34,7 +34,14 @@ def test_every_feature_left_a_trace(results):
                  "heat_flux.sun", "heat_radiation.space", "heat_source.heater"):  # fmt: skip
         assert abs(ledger[name]) > 1e-9, name
     assert ledger["heat_source.heater"] == pytest.approx(5.0 * 0.2, rel=1e-9)
-    assert set(results.names("bodies")) == {"upper", "lower", "tie", "weight"}
+    assert set(results.names("bodies")) == {
+        "upper", "lower", "tie", "weight", "box", "hoop", "sail"
+    }  # fmt: skip
+    assert results["probes/corner/position"][-1, 2] > 1e-7  # the traction lifts the sail
+    # spin, motor and coil alone; the damper and the link to the hoop do a little
+    rate, still = (20.0 / 0.4) ** 0.5, 1.0 / 20.0
+    turn = np.radians(10.0) / rate * np.sin(0.2 * rate) + still * (1.0 - np.cos(0.2 * rate))
+    assert results["bodies/box/axes"][-1, 0, 0, 1] == pytest.approx(np.sin(turn), rel=0.05)
 
 
 def test_joints_hold(results):
