@@ -124,7 +124,7 @@ class Model:
         """What drawing needs to know of the bodies."""
         return observables.attributes(self.layout)
 
-    def surfaces(self) -> dict[str, dict[str, Array]]:
+    def surfaces(self) -> dict[str, dict[str, NDArray]]:
         """Elements of the shells."""
         return observables.surfaces(self.layout)
 
@@ -285,7 +285,7 @@ def _heat(scene: Scene) -> Any:
 
 def _control(scene: Scene) -> Control:
     i, window = scene.integrator, scene.time.window
-    own = {"alpha": i.alpha, "spectral_radius": i.spectral_radius}
+    own: dict[str, Any] = {"alpha": i.alpha, "spectral_radius": i.spectral_radius}
     scheme = Scheme(
         i.scheme,
         newton_tolerance=i.newton_tolerance,

@@ -142,7 +142,7 @@ def attributes(layout: Layout) -> dict[str, dict[str, Any]]:
     return rows
 
 
-def surfaces(layout: Layout) -> dict[str, dict[str, Array]]:
+def surfaces(layout: Layout) -> dict[str, dict[str, NDArray]]:
     """Elements of the shells: nodes at their corners (n_e, 4), sizes (n_e, 2) [m]."""
     return {
         name: {"quads": body.surface.quads, "sizes": body.surface.sizes}

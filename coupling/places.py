@@ -145,8 +145,8 @@ def surface_of(table: Any) -> Surface:
     return surfaces.placed(made, table.origin, table.axes)
 
 
-def edge_nodes(body: ShellBody, edge: str) -> Array:
-    """Nodes of an edge, one after the other; ``meshes.surfaces.patch`` numbers them.
+def edge_nodes(body: Any, edge: str) -> Array:
+    """Nodes of an edge of a shell, one after the other, as ``meshes.surfaces.patch`` numbers them.
 
     Raises
     ------

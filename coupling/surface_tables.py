@@ -93,7 +93,12 @@ class Sphere(Table):
             yield "north", f"must be north of south, {self.south:g} rad"
 
 
-SURFACES = {"plate": Plate, "tube": TubeSurface, "annulus": Annulus, "sphere": Sphere}
+SURFACES: dict[str, type[Table]] = {
+    "plate": Plate,
+    "tube": TubeSurface,
+    "annulus": Annulus,
+    "sphere": Sphere,
+}
 
 
 @dataclass(frozen=True)

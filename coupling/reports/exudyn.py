@@ -12,8 +12,10 @@ from coupling.reports.registry import Curve, Picture, Result
 from coupling.reports.rings import DAMPING, STEP, ring, section, truss
 from mechanics.description import (
     Beam,
+    Body,
     Description,
     Guide,
+    Joint,
     Particle,
     Revolute,
     RigidBody,
@@ -169,12 +171,12 @@ def _slider_crank() -> Race:
     """The mechanism of Flores et al. (2006) without clearance, set off at 5000 rpm, free."""
     crank, rod, mass, speed = (0.05, 0.3, 1e-4), (0.12, 0.21, 2.5e-4), 0.14, 5000 * np.pi / 30
     z = np.array([0.0, 0.0, 1.0])
-    bodies = [
+    bodies: list[Body] = [
         _bar("crank", 0.0, crank, speed * z, 0.5 * crank[0] * speed),
         _bar("rod", crank[0], rod, -speed * crank[0] / rod[0] * z, 0.5 * crank[0] * speed),
         Particle("slider", np.array([crank[0] + rod[0], 0.0, 0.0]), mass),
     ]
-    joints = [
+    joints: list[Joint] = [
         Revolute("main", _end("crank", crank, -1), Site(None), z),
         Revolute("pin", _end("crank", crank, 1), _end("rod", rod, -1), z),
         Spherical("wrist", _end("rod", rod, 1), Site("slider")),

@@ -80,7 +80,7 @@ def settings(h: float, steps: int, modified: bool, dense: bool = False) -> Any:
     """
     import exudyn
 
-    found = exudyn.SimulationSettings()
+    found: Any = exudyn.SimulationSettings()
     time = found.timeIntegration
     time.endTime, time.numberOfSteps, time.verboseMode = h * steps, steps, 0
     time.generalizedAlpha.spectralRadius = 0.8
@@ -182,7 +182,7 @@ def _member(mbs: Any, member: Member, beam: Any, ancf: bool) -> list[int]:
     nodes = []
     for point, axes in zip(member.points, frames(member.points, member.normal), strict=True):
         if ancf:
-            node = eu.NodePointSlope23(referenceCoordinates=[*point, *axes[1], *axes[2]])
+            node: Any = eu.NodePointSlope23(referenceCoordinates=[*point, *axes[1], *axes[2]])
         else:
             turn = eu.RotationMatrix2EulerParameters(axes.T)
             node = eu.NodeRigidBodyEP(referenceCoordinates=[*point, *turn])
