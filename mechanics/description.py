@@ -464,7 +464,8 @@ class Traction:
 Body = Beam | Particle | RigidBody | Shell
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
-    | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing | ClearanceRevolute
+    | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
+    | ClearanceRevolute
 )  # fmt: skip
 Load = Force | Moment | Torque | Traction
 

@@ -29,6 +29,9 @@ FAMILIES = {
     "shell48": Family("mechanics.shell48:build", ("position", "r_u", "r_v", "r_uv"), (1, 2)),
     "shell24": Family("mechanics.shell24:build", ("position", "r_n"), (1,)),
     "shell3443": Family("mechanics.shell3443:build", ("position", "r_u", "r_v", "r_n"), (1, 2)),
+    "shell3443-continuum": Family(
+        "mechanics.shell3443:build_naive", ("position", "r_u", "r_v", "r_n"), (1, 2)
+    ),
     "rigid": Family("mechanics.rigid:build", ("position", "e1", "e2", "e3"), (2, 3)),
     "particle": Family("", ("position",), ()),
 }

@@ -48,6 +48,13 @@ def shape(xi: float, eta: float) -> Array:
     return np.stack([_cubic(xi, eta, d) for d in ((0, 0), (1, 0), (0, 1))])
 
 
+def unit_shapes(x: Array, y: Array, i: int, j: int) -> Array:
+    """(n, 12) derivatives, i by x and j by y, of the cubics of r, r_x, r_y on the unit square."""
+    points = zip(2.0 * x - 1.0, 2.0 * y - 1.0, strict=True)
+    rows = np.array([_cubic(xi, eta, (i, j)) for xi, eta in points]).reshape(-1, 4, NODE)
+    return 2.0 ** (i + j) * (rows[:, :, :3] * [1.0, 0.5, 0.5]).reshape(-1, 12)
+
+
 def naive_strains(xi: float, eta: float) -> Array:
     """(3, 6, 120) covariant strains of the continuum, see ``shell_integrals.Scheme``."""
     _, r1, r2 = shape(xi, eta)

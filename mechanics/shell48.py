@@ -37,10 +37,12 @@ from mechanics import line_elements as line
 from mechanics import shell48_kernels as kernels
 from mechanics.description import Shell
 from mechanics.layout import Layout
+from mechanics.prediction import shifted
 from mechanics.shell48_kernels import (
     BENT,
     COLUMNS,
     ETA,
+    MORE,
     PLACE,
     POINTS,
     STRETCH,
@@ -111,10 +113,10 @@ class Shell48:
         self.floats = np.hstack([sizes, time[:, None], shares, points])
 
     def coefficients(self, T: Array) -> Array:
-        """Stiffness, Poisson's ratio, thermal stretch, free bending at all points, (n_e, 140).
+        """Stiffness, Poisson's ratio, thermal stretch, free bending at all points, (n_e, 260).
 
-        The last two groups of columns, rates of the free strains, are zero. Temperatures are
-        interpolated bilinearly inside the element. Smooth in T.
+        The other columns, rates of the free strains and further ones (``MORE``), are zero.
+        Temperatures are interpolated bilinearly inside the element. Smooth in T.
         """
         at = np.einsum("gc,eci->egi", CORNERS, T[self.nodes])
         E, nu, strain, expansion = np.empty((4, len(self.names), POINTS))
@@ -129,13 +131,17 @@ class Shell48:
         bending = C * s * h**2 / 12.0
         bending[:, BENT:] = 0.0
         parts = C / s, bending, nu, s, free
-        return np.hstack([*parts, np.zeros((len(s), 2 * POINTS))])
+        return np.hstack([*parts, np.zeros((len(s), 8 * POINTS))])
 
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
         strains, rates = (STRETCH, STRETCHING), (STRETCHING, COLUMNS)
         cut = [slice(a * POINTS, b * POINTS) for a, b in (strains, rates)]
         return line.with_rates(c0, c1, h, *cut)
+
+    def predicted(self, coef: Array, y: Array, step: Array, new: Array) -> Array:
+        """Coefficients with the stress that is predicted, see ``mechanics.prediction``."""
+        return shifted(coef, slice(MORE, None), self._strains, y, step, new)
 
     def mass_blocks(self) -> Array:
         """(n_e, 48, 48) consistent mass."""
@@ -151,7 +157,7 @@ class Shell48:
 
         Means over the element, damping included. Direction 1 is that of r_u, 2 is across it. M is
         positive where the surface bends towards its normal: stress = N/h - 12 M z/h^3. Q follows
-        from equilibrium, Q_i = M_ij,j, with the mean slopes of M.
+        from equilibrium, Q_i = -M_ij,j, with the mean slopes of M.
         """
         S = np.empty((len(self.names), POINTS, 6))
         kernels.stresses(y, v, coef, self.ints, self.floats, S)
@@ -159,8 +165,14 @@ class Shell48:
         slopes = [12.0 * np.einsum("g,egr->er", WEIGHTS * (x - 0.5), S) for x in (XI, ETA)]
         T, U, V = 0.5 * np.einsum("g,egk->ke", WEIGHTS, self._points()[:, :, 1:4])[:, :, None]
         along, across = T * slopes[0], U * slopes[0] + V * slopes[1]
-        Q = along[:, [3, 5]] + across[:, [5, 4]]
+        Q = -along[:, [3, 5]] - across[:, [5, 4]]
         return np.hstack([mean, Q])
+
+    def _strains(self, y: Array, v: Array) -> tuple[Array, Array]:
+        """Strains at all points, free ones included, and their rates, both (n_e, 120)."""
+        strains, rates = np.empty((2, len(self.names), 6 * POINTS))
+        kernels.evaluate(y, v, self.ints, self.floats, strains, rates)
+        return strains, rates
 
     def _points(self) -> Array:
         """(n_e, 20, 7) what each point needs."""

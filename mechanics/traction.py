@@ -72,6 +72,10 @@ def _family(load: Traction, names: tuple[str, ...]) -> tuple[Shapes, int]:
         from mechanics.shell48_kernels import shapes
 
         return shapes, 4
+    if names[1:] == ("r_u", "r_v", "r_n"):
+        from mechanics.shell3443 import unit_shapes
+
+        return unit_shapes, 3
     if names[1:] == ("r_n",):
         return _bilinear, 1
     raise ValueError(f"load {load.name!r}: no consistent loads for shells with {names}")

@@ -5,7 +5,9 @@ import pytest
 from shell_cases import case, force, relax, stiffness
 from test_thick_shells import flat
 
-from mechanics import kernels, shell3443
+from mechanics import kernels, shell3443, traction
+from mechanics.description import Shell, Traction
+from mechanics.layout import Layout
 from meshes.materials import constant_material
 from meshes.surfaces import annulus, patch, plate
 
@@ -136,3 +138,26 @@ def test_slit_annulus(family, lower, upper):
     q = relax(c, c.coef, load, fixed, steps=10)
     for found, known in zip(q[c.at(nodes[[0, -1], -1], 0, 2)], (10.468, 13.768), strict=True):
         assert lower < found / known < upper
+
+
+def test_consistent_loads_of_a_surface_and_an_edge():
+    """The work of a uniform load on a rigid motion is its resultant and its moment."""
+    surface = plate(1.0, 0.6, 3, 2)
+    metal = constant_material("m", 1.0, 1.0, 0.3, 0.0, 1.0, 1.0)
+    body = Shell("s", surface, 0.01, metal, 298.15, element="shell3443")
+    layout = Layout.of([body])
+    nodes = np.flatnonzero(np.abs(surface.points[:, 0] - 1.0) < 1e-12)
+    edge = tuple(int(n) for n in nodes[np.argsort(surface.points[nodes, 1])])
+    for place, size, arm in ((None, 0.6, 0.5), (edge, 0.6, 1.0)):
+        more = {} if place is None else {"edge": place}
+        load = Traction("t", "s", np.array([0.0, 0.0, 2.0]), lambda t: 1.0, **more)
+        term = traction.build([load], layout)
+        out = np.zeros(layout.ndof)
+        coef = term.coefficients(np.full((len(layout.x), 3), 298.15))
+        coef[:, 0] = 1.0
+        kernels.add_force(term, layout.q0, np.zeros(layout.ndof), coef, out)
+        forces = -out.reshape(-1, 4, 3)
+        assert forces[:, 0, 2].sum() == pytest.approx(2.0 * size, rel=1e-12)
+        # a turn about y moves r by (0, 0, -x), r_u by (0, 0, -1)
+        moment = (surface.points[:, 0] * forces[:, 0, 2]).sum() + forces[:, 1, 2].sum()
+        assert moment == pytest.approx(2.0 * size * arm, rel=1e-12)

@@ -25,8 +25,8 @@ from mechanics.description import (
     Site,
 )
 from mechanics.dynamics import Control
-from mechanics.schemes import Scheme
 from mechanics.ledger import TERMS
+from mechanics.schemes import Scheme
 from meshes.sections import circle
 
 Array = NDArray[np.float64]

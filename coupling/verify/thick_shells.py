@@ -28,11 +28,6 @@ SZE = "Sze, Liu & Lo 2004"
 DIRECTOR, SLOPES, LITERAL = "shell24", "shell3443", "shell3443-continuum"
 X, Y, Z = np.eye(3)
 
-# only here, to be compared: no scene has a use for it
-FAMILIES.setdefault(
-    LITERAL, FAMILIES[SLOPES]._replace(build="mechanics.shell3443:build_naive")
-)  # fmt: skip
-
 
 def _shell(element: str, surface: Surface, thickness: float, E: float, nu: float) -> Shell:
     return Shell("shell", surface, thickness, elastic(E, nu), ROOM, element=element)
