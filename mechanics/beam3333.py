@@ -30,6 +30,7 @@ from mechanics import line_elements as line
 from mechanics.beam3333_kernels import GAUSS, STRAINS
 from mechanics.description import Beam
 from mechanics.layout import Layout
+from mechanics.prediction import shifted
 from meshes.materials import Material
 
 Array = NDArray[np.float64]
@@ -115,6 +116,10 @@ class Beam3333:
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
         return line.with_rates(c0, c1, h, slice(STRAINS, 2 * STRAINS), slice(2 * STRAINS, None))
+
+    def predicted(self, coef: Array, y: Array, step: Array, new: Array) -> Array:
+        """Coefficients with the stress that is predicted, see ``mechanics.prediction``."""
+        return shifted(coef, slice(STRAINS, 2 * STRAINS), self._strains, y, step, new)
 
     def resultants(self, y: Array, v: Array, coef: Array) -> Array:
         """Section resultants N, Q2, Q3, Mt, M2, M3 of each element, (n_e, 6) [N, N m].

@@ -29,6 +29,7 @@ from mechanics import line_elements as line
 from mechanics.description import Beam
 from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 from mechanics.layout import Layout
+from mechanics.prediction import shifted
 
 Array = NDArray[np.float64]
 
@@ -110,6 +111,18 @@ class Cable:
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
         """Coefficients at both ends of ``h`` [s] with the rate of the free strains between."""
         return line.with_rates(c0, c1, h, slice(5, 8), slice(10, 13))
+
+    def predicted(self, coef: Array, y: Array, step: Array, new: Array) -> Array:
+        """Coefficients with the tension that is predicted, see ``mechanics.prediction``.
+
+        What acts on half (L kappa)^2 does not change where the cable is straight by nature.
+        """
+
+        def axial(y: Array, v: Array) -> tuple[Array, Array]:
+            strains, rates = self._strains(y, v)
+            return strains[:, :3], rates[:, :3]
+
+        return shifted(coef, slice(5, 8), axial, y, step, new)
 
     def resultants(self, y: Array, v: Array, coef: Array) -> Array:
         """Section resultants, (n_e, 6) [N, N m]: tension N in column 0, moment in column 4.

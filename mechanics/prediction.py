@@ -7,22 +7,25 @@ J. Numer. Meth. Engng 109:1237). The ordinary one takes the stress of a rod that
 rotation has stretched by its square: much too large for what is slender.
 
 No kernel has to know: the stress of a term is D (strain - free strain), hence its tangent with
-free strains shifted by strain - predicted strain is the one wanted.
+free strains shifted by strain - predicted strain is the one wanted. A term that can do this has
+``predicted(coef, y, step, new)``, which returns such coefficients; most call ``shifted``.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanics.system import Coefficients, System
+if TYPE_CHECKING:
+    from mechanics.system import Coefficients, System
 
 Array = NDArray[np.float64]
 
 
 def predicted(
-    system: System, coef: Coefficients, y: Array, step: Array, new: Array
-) -> Coefficients:
+    system: "System", coef: "Coefficients", y: Array, step: Array, new: Array
+) -> "Coefficients":
     """Coefficients whose stresses at ``new`` are those predicted at ``y`` for ``step``."""
     return tuple(
         _shifted(term, c, y, step, new) for term, c in zip(system.terms, coef, strict=True)
@@ -30,8 +33,8 @@ def predicted(
 
 
 def separated(
-    system: System, coef: Coefficients, base: Coefficients, y: Array, step: Array
-) -> tuple[Coefficients, Coefficients]:
+    system: "System", coef: "Coefficients", base: "Coefficients", y: Array, step: Array
+) -> tuple["Coefficients", "Coefficients"]:
     """Coefficients with which stresses, and with which all else, follow the change ``step``.
 
     The first leave at ``y`` the stresses that ``coef`` and the step predict, where that is known,
@@ -45,14 +48,34 @@ def separated(
     return tuple(stressed), tuple(rest)
 
 
+def shifted(
+    coef: Array,
+    free: slice,
+    strains: Callable[[Array, Array], tuple[Array, Array]],
+    y: Array,
+    step: Array,
+    new: Array,
+) -> Array:
+    """``coef`` with other free strains, so that stresses at ``new`` are those predicted.
+
+    Parameters
+    ----------
+    coef : (n_e, n_c) float
+    free : its columns with free strains
+    strains : strains at y and their rates with velocities v, both as many as there are columns
+    """
+    before, change = strains(y, step)
+    after, _ = strains(new, step)
+    moved = coef.copy()
+    moved[:, free] += after - before - change
+    return moved
+
+
 def _shifted(term: Any, coef: Array, y: Array, step: Array, new: Array) -> Array:
+    if hasattr(term, "predicted"):
+        return term.predicted(coef, y, step, new)
     if term.name != "beam3243":
         return coef
-    from mechanics.beam3243_kernels import STRAINS, evaluate
+    from mechanics.beam3243_kernels import STRAINS
 
-    before, change, after, _ = np.empty((4, len(term.names), STRAINS))
-    evaluate(y, step, term.ints, term.floats, before, change)
-    evaluate(new, step, term.ints, term.floats, after, _)
-    shifted = coef.copy()
-    shifted[:, STRAINS : 2 * STRAINS] += after - before - change
-    return shifted
+    return shifted(coef, slice(STRAINS, 2 * STRAINS), term._strains, y, step, new)

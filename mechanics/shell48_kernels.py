@@ -31,6 +31,9 @@ that make the orthonormal directions from the parameters, three curvatures [1/m]
 MEMBRANE, BENDING, POISSON, STRETCH, BEND, STRETCHING, TURNING, COLUMNS = range(8)
 """Groups of ``POINTS`` columns of coef: stiffness [N/m] and [N m], Poisson's ratio, thermal
 stretch s [-], free bending k [1/m], and the rates of the last two."""
+MORE = COLUMNS * POINTS
+"""First of 6 ``POINTS`` columns of coef: further free strains of each point, which are zero but
+where a stress is predicted (``mechanics.prediction``)."""
 
 
 def _hermite(x):
@@ -124,16 +127,25 @@ def _normal(x, n):
 
 
 @njit(cache=True, error_model="numpy")
+def _strains(x, n, E):
+    """Strains (6,), free ones included."""
+    E[0], E[1], E[2] = 0.5 * _dot(x[0], x[0]), 0.5 * _dot(x[1], x[1]), _dot(x[0], x[1])
+    E[3], E[4], E[5] = _dot(n, x[2]), _dot(n, x[3]), _dot(n, x[4])
+
+
+@njit(cache=True, error_model="numpy")
 def _excess(coef, floats, e, g, x, n, E):
     """Elastic strains (6,)."""
     s, k = coef[e, STRETCH * POINTS + g], coef[e, BEND * POINTS + g]
     c = PLACE + WIDTH * g + 4
-    E[0] = 0.5 * (_dot(x[0], x[0]) - s * s)
-    E[1] = 0.5 * (_dot(x[1], x[1]) - s * s)
-    E[2] = _dot(x[0], x[1])
-    E[3] = _dot(n, x[2]) - s * floats[e, c] + k
-    E[4] = _dot(n, x[3]) - s * floats[e, c + 1] + k
-    E[5] = _dot(n, x[4]) - s * floats[e, c + 2]
+    _strains(x, n, E)
+    E[0] -= 0.5 * s * s
+    E[1] -= 0.5 * s * s
+    E[3] -= s * floats[e, c] - k
+    E[4] -= s * floats[e, c + 1] - k
+    E[5] -= s * floats[e, c + 2]
+    for r in range(6):
+        E[r] -= coef[e, MORE + 6 * g + r]
 
 
 @njit(cache=True, error_model="numpy")
@@ -283,6 +295,23 @@ def stresses(y, v, coef, ints, floats, out):
             _stress(coef, floats, e, g, x, xv, n, m, work, out[e, g])
             for r in range(6):
                 out[e, g, r] /= floats[e, PLACE + WIDTH * g]
+
+
+@njit(cache=True, error_model="numpy")
+def evaluate(y, v, ints, floats, strains, rates):
+    """Strains, free ones included, and their rates (n_e, 6 POINTS)."""
+    X, V, N = np.empty((16, 3)), np.empty((16, 3)), np.empty((5, 16))
+    x, xv, n, w = np.empty((5, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
+    for e in range(ints.shape[0]):
+        _gather(y, ints, e, X)
+        _gather(v, ints, e, V)
+        for g in range(POINTS):
+            _weigh(floats, e, g, N)
+            _at_point(N, X, x)
+            _at_point(N, V, xv)
+            m = _normal(x, n)
+            _strains(x, n, strains[e, 6 * g : 6 * g + 6])
+            _rates(x, xv, n, m, w, rates[e, 6 * g : 6 * g + 6])
 
 
 @njit(cache=True, error_model="numpy")
