@@ -68,7 +68,7 @@ def build(loads: Sequence[Load], gravity: Array, layout: Layout, mass: csr_array
         terms.append(import_module("mechanics.moments").Turning(moments, layout))
     if tractions := [load for load in loads if isinstance(load, Traction)]:
         terms.append(import_module("mechanics.traction").build(tractions, layout))
-    if np.any(gravity):
+    if np.any(gravity) and layout.ndof:
         terms.append(_weight(gravity, layout, mass))
     return terms
 
