@@ -81,7 +81,7 @@ class Layout:
     q0 : (n,) float [m], [1]  reference coordinates
     v0 : (n,) float [m/s], [1/s]  initial velocities
     scale : (n,) float [m], [1]  size of a coordinate: length of the body for positions
-        (particles: 1 m), 1 for slopes and section vectors
+        (particles: of everything; 1 m where that is a point), 1 for slopes and section vectors
     point_index : mapping from beam or shell name, ``<joint>.journal`` and ``<joint>.bearing`` to
         (k,) int  rows of the temperature array, nodes of bodies first
     x : (m, 3) float [m]  reference positions of these points
@@ -116,7 +116,8 @@ class Layout:
             stop = start + kinds[body.name] * node_count(body)
             node_dofs[body.name] = np.arange(start, stop, kinds[body.name], dtype=np.intp)
             start = stop
-        own = _joint_coordinates(named, joints)
+        size = _extent(bodies, joints)
+        own = _joint_coordinates(named, joints, size)
         index, x, axes = _points(bodies, joints)
         made = cls(
             bodies=named,
@@ -125,7 +126,7 @@ class Layout:
             joint_dofs={name: start + i for i, name in enumerate(own)},
             q0=_stack([*(_coordinates(b) for b in bodies), [q for q, _ in own.values()]]),
             v0=_stack([*(_velocities(b) for b in bodies), np.zeros(len(own))]),
-            scale=_stack([*(_scales(b) for b in bodies), [s for _, s in own.values()]]),
+            scale=_stack([*(_scales(b, size) for b in bodies), [s for _, s in own.values()]]),
             point_index=index,
             x=x,
             axes=axes,
@@ -306,28 +307,43 @@ def _velocities(body: Body) -> Array:
     return np.concatenate([r[:, None], np.cross(spin, _vectors(body))], axis=1).ravel()
 
 
-def _length(body: Body) -> float:
-    """Size of a body [m]: of a rigid one its radius of gyration."""
+def _extent(bodies: Sequence[Body], joints: Sequence[Joint]) -> float:
+    """Diagonal [m] of the box about all nodes and points of the ground; 1 if it has none."""
+    ground = [
+        site.position
+        for joint in joints
+        for end in vars(joint).values()
+        for site in (end if isinstance(end, list | tuple) else [end])
+        if isinstance(site, Site) and site.body is None
+    ]
+    points = np.concatenate(
+        [np.zeros((0, 3)), *map(_places, bodies), *np.reshape(ground, (-1, 1, 3))]
+    )
+    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
+
+
+def _length(body: Body, extent: float) -> float:
+    """Size of a body [m]: a rigid one has its radius of gyration, a particle that of the scene."""
     if isinstance(body, Particle):
-        return 1.0
+        return extent
     if isinstance(body, RigidBody):
-        return float(np.sqrt(np.trace(np.asarray(body.inertia)) / (2.0 * body.mass))) or 1.0
+        return float(np.sqrt(np.trace(np.asarray(body.inertia)) / (2.0 * body.mass))) or extent
     if isinstance(body, Shell):
         return float(np.linalg.norm(np.ptp(body.surface.points, axis=0)))
     return float(np.linalg.norm(np.diff(body.points, axis=0), axis=1).sum())
 
 
-def _scales(body: Body) -> Array:
-    family = family_of(body)
+def _scales(body: Body, extent: float) -> Array:
+    family, length = family_of(body), _length(body, extent)
     node = np.ones(3 * len(family.vectors))
-    node[:3] = _length(body)
+    node[:3] = length
     if "r_uv" in family.vectors:
-        node[9:] = 1.0 / _length(body)
+        node[9:] = 1.0 / length
     return np.tile(node, node_count(body))
 
 
 def _joint_coordinates(
-    bodies: Mapping[str, Body], joints: Sequence[Joint]
+    bodies: Mapping[str, Body], joints: Sequence[Joint], extent: float
 ) -> dict[str, tuple[float, float]]:
     """Reference value and scale of the coordinates that joints own.
 
@@ -341,7 +357,7 @@ def _joint_coordinates(
         for name in _turning(joint):
             slides = isinstance(named.get(name), Prismatic)
             kind = TRAVEL if slides and isinstance(joint, Latch) else TURN
-            own[f"{name}.{kind}"] = 0.0, 1.0
+            own[f"{name}.{kind}"] = 0.0, extent if kind == TRAVEL else 1.0
     return own
 
 
