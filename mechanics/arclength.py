@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array, diags_array
 
-from mechanics.eigen import lowest, negatives
+from mechanics.eigen import negatives, ratio, saddle_solve
 from mechanics.modes import stiffness
 from mechanics.prediction import predicted
 from mechanics.statics import STIFFNESS, at_rest, between, load_change, unbalanced
@@ -31,6 +32,10 @@ CORRECTION = 1e-9
 """Largest correction of a point on the path, relative to the size of the coordinates [-]."""
 ITERATIONS = 12
 BISECTIONS = 14
+INVERSIONS = 100
+"""Inverse iterations for the shape that is free at an event."""
+SHIFT = 1e-14
+"""What is added to the stiffness there, relative to ``eigen.ratio`` [-]."""
 
 
 class Point(NamedTuple):
@@ -285,12 +290,21 @@ def _event(problem: _Problem, here: Point, ahead: Point, heading: Array | None) 
 
 
 def _free_shape(problem: _Problem, point: Point) -> Array:
-    """Eigenvector (n,) of the eigenvalue of the stiffness that is nearest to zero."""
-    from scipy.sparse import csc_array, diags_array
+    """Eigenvector (n,) of the eigenvalue of the stiffness that is nearest to zero.
 
-    system = problem.system
+    By inverse iteration: near an event it is nearer than all others by far. Where it is zero to
+    round-off, a shift of that size keeps the factors regular.
+    """
+    system, weights = problem.system, problem.weights()
     K, B = stiffness(system, point.y, point.load, problem.coefficients(point.load))
-    measure = csc_array(diags_array(problem.weights()))
-    values, shapes = lowest(K, measure, B, point.unstable + 2, system.scale)
-    shape = shapes[:, np.argmin(np.abs(values))]
+    M = csc_array(diags_array(weights))
+    shift = SHIFT * ratio(K, M, system.scale)
+    inverse = saddle_solve(csc_array(0.5 * (K + K.T) + shift * M), B)
+    shape, before = np.random.default_rng(0).standard_normal(system.n), np.zeros(system.n)
+    for _ in range(INVERSIONS):
+        shape = inverse(weights * shape)
+        shape /= np.sqrt(weights @ shape**2) * np.sign(shape[np.argmax(np.abs(before))] or 1.0)
+        if np.sqrt(weights @ (shape - before) ** 2) < 1e-9:
+            break
+        before = shape
     return shape / np.max(np.abs(shape) / system.scale)

@@ -60,12 +60,13 @@ def test_every_point_of_the_path_is_in_equilibrium():
 
 
 def test_snap_through_has_two_limit_points_and_is_unstable_between():
-    path = path_of(bars([Y]), arc=1e-2, largest=2e-2, until=lambda p: p.y[1] < -1.2 * HEIGHT)
+    made = bars([Y])
+    path = path_of(made, arc=5e-3, largest=1e-2, until=lambda p: p.y[1] < -1.2 * HEIGHT)
     assert [e.kind for e in path.events] == [LIMIT, LIMIT]
     w = np.sqrt(np.hypot(1.0, HEIGHT) ** (2 / 3) - 1.0)
     for event, sign in zip(path.events, (1.0, -1.0), strict=True):
         assert event.point.load == pytest.approx(sign * carried(w), rel=1e-9)
-        assert np.abs(event.shape[1]) == pytest.approx(1.0)
+        assert np.abs(event.shape[1]) == pytest.approx(made.system.scale[1])
     for point in path.points:
         assert point.unstable == int(abs(point.y[1]) < w)
         assert (point.slope < 0.0) == bool(point.unstable)
@@ -106,14 +107,15 @@ def test_a_high_roof_sways_before_it_snaps():
     ]
     push = Force("push", Site("top"), -Y, lambda s: s)
     made = model(Particle("top", HEIGHT * Y, 1.0), joints, [push])
-    path = path_of(made, arc=2e-3, largest=4e-3, until=lambda p: p.slope < 0.0)
+    size = made.system.scale[0]  # that of the springs in front and behind
+    path = path_of(made, arc=2e-3 / size, largest=4e-3 / size, until=lambda p: p.slope < 0.0)
     L0 = np.hypot(1.0, HEIGHT)
     L = L0 / (1.0 + weak / (2.0 * K))  # 2 k (L0/L - 1) = weak
     w = np.sqrt(L * L - 1.0)
     event = path.events[0]
     assert event.kind == BIFURCATION
     assert event.point.load == pytest.approx(carried(w), rel=1e-3)
-    assert np.abs(event.shape[2]) == pytest.approx(1.0)
+    assert np.abs(event.shape[2]) == pytest.approx(size)
 
 
 def test_a_column_buckles_and_bends_either_way():
