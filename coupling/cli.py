@@ -344,7 +344,8 @@ def verify(
         str | None,
         typer.Argument(
             metavar="[AREA]",
-            help="beams, dynamics, contact, heat or thermoelastic; without: all of them.",
+            help="an area such as beams or heat, or mechanics for all of its areas; "
+            "'thermobody list' names them. Without: everything.",
         ),
     ] = None,
 ) -> None:

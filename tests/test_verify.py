@@ -8,7 +8,7 @@ from rich.console import Console
 
 from coupling.errors import BadCase
 from coupling.verify import registry, table
-from coupling.verify.registry import AREAS, Check, Convergence, Problem, problem, problems
+from coupling.verify.registry import AREAS, GROUPS, Check, Convergence, Problem, problem, problems
 
 SLOW = {"dynamics: flying spaghetti"}  # more than 5 s
 
@@ -124,6 +124,14 @@ def test_names_are_unique():
 
 def test_all_areas_together_are_the_areas_one_by_one():
     assert len(problems()) == sum(len(problems(area)) for area in AREAS)
+
+
+def test_a_group_is_its_areas():
+    mechanics = problems("mechanics")
+    assert {p.area for p in mechanics} == set(GROUPS["mechanics"])
+    assert {p.area for p in problems()} - {p.area for p in mechanics} == {
+        "contact", "heat", "thermoelastic"
+    }  # fmt: skip
 
 
 def test_decorator_registers_and_leaves_the_function_alone(monkeypatch):

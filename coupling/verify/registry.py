@@ -7,19 +7,14 @@ from math import inf, isfinite
 
 import numpy as np
 
-AREAS = (
-    "beams",
-    "elements",
-    "dynamics",
-    "multibody",
-    "flexible",
-    "contact",
-    "heat",
-    "thermoelastic",
-    "shells",
-    "thick_shells",
-    "stability",
-)
+GROUPS = {
+    "mechanics": (
+        "beams", "elements", "dynamics", "multibody", "flexible", "shells", "thick_shells",
+        "stability",
+    ),
+}  # fmt: skip
+"""Names under which several areas are solved."""
+AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic")
 
 
 @dataclass(frozen=True)
@@ -123,7 +118,8 @@ def problem(area: str, name: str, source: str) -> Callable:
 
 
 def problems(area: str | None = None) -> list[Problem]:
-    """All problems, or those of one area, in their order of registration."""
-    for name in AREAS if area is None else (area,):
+    """All problems, or those of an area or a group of areas, in their order of registration."""
+    areas = AREAS if area is None else GROUPS.get(area, (area,))
+    for name in areas:
         importlib.import_module(f"coupling.verify.{name}")
-    return [p for p in PROBLEMS if area is None or p.area == area]
+    return [p for p in PROBLEMS if p.area in areas]

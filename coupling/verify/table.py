@@ -20,8 +20,9 @@ def show(area: str | None, out: Console) -> bool:
     ------
     BadCase : there is no such area
     """
-    if area is not None and area not in registry.AREAS:
-        raise BadCase("verify", [Problem("", unknown("area", area, registry.AREAS))])
+    names = (*registry.AREAS, *registry.GROUPS)
+    if area is not None and area not in names:
+        raise BadCase("verify", [Problem("", unknown("area", area, names))])
     started = time.perf_counter()
     out.print(Text(_columns("", "value", "reference", "error", "tolerance"), "bold"))
     passed = [_solve(problem, out) for problem in registry.problems(area)]
