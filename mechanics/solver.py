@@ -91,7 +91,10 @@ def _jumps(system: System) -> list[str]:
     """Joints that do not fit the reference at t = 0."""
     y = system.unknowns(system.layout.q0)
     coef = system.coefficients(np.tile([293.15, 0.0, 0.0], (len(system.layout.x), 1)))
-    off = np.flatnonzero(np.abs(system.constraints(y, 0.0, coef)) > START)
-    names = dict.fromkeys(system.row_names[row] for row in off)
+    values = np.abs(system.constraints(y, 0.0, coef))
+    names = {system.row_names[row]: values[row] for row in np.flatnonzero(~(values <= START))}
     text = "what drives it must be zero at t = 0: it counts from the reference"
-    return [f"joint {name!r}: {text}" for name in names]
+    return [
+        f"joint {name!r}: {text if np.isfinite(value) else 'what drives it is no number at t = 0'}"
+        for name, value in names.items()
+    ]
