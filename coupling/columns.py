@@ -68,7 +68,10 @@ STANDARD: dict[str, dict[str, Column]] = {
     "bodies": {
         "position": Column("m", "nodes"),
         "axes": Column("", "section triads, rows e1, e2, e3"),
-        "temperature": Column("K, K/m, K/m", "mean, gradients along e2 and e3"),
+        "temperature": Column(
+            "K, K/m, K/m",
+            "mean, gradients along e2 and e3; of shells mean, 0 and gradient along the normal",
+        ),
         "resultants": Column(
             "N, N m",
             "of each element: N, Q2, Q3, Mt, M2, M3; of shells per length N11, N22, N12, M11, M22, "

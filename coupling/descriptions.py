@@ -34,6 +34,11 @@ def line_bodies(scene: Scene) -> dict[str, body_tables.LineBody]:
     return {n: b for n, b in scene.body.items() if isinstance(b, body_tables.LineBody)}
 
 
+def shells(scene: Scene) -> dict[str, body_tables.ShellBody]:
+    """The shells by name."""
+    return {n: b for n, b in scene.body.items() if isinstance(b, body_tables.ShellBody)}
+
+
 def flexible_bodies(scene: Scene) -> dict[str, body_tables.LineBody | body_tables.ShellBody]:
     """The bodies that have a material, by name."""
     kinds = body_tables.LineBody | body_tables.ShellBody

@@ -105,6 +105,7 @@ def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
     fields = {
         "displacement": np.concatenate([s.displacement for s in surfaces]),
         "temperature": np.concatenate([s.temperature for s in surfaces]),
+        "temperature_gradient": np.concatenate([_gradient(s) for s in surfaces]),
         "axial_stress": np.concatenate([s.stress for s in surfaces]),
     }
     resultants = np.concatenate([_resultants(s) for s in surfaces])
@@ -117,6 +118,11 @@ def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
         {"body": owners},
     )
     return _write(mesh, folder / f"bodies_{frame:05d}.vtu")
+
+
+def _gradient(shape: Surface) -> Array:
+    """(m,) [K/m]  along the normal of a shell."""
+    return np.full(len(shape.points), np.nan) if shape.gradient is None else shape.gradient
 
 
 def _resultants(shape: Surface) -> Array:

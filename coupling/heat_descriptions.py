@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 import thermal.description as heat
 from coupling import body_tables, heat_tables
-from coupling.descriptions import clearance_joints, line_bodies, line_of, sites_of
+from coupling.descriptions import clearance_joints, line_bodies, line_of, shells, sites_of
 from coupling.materials_used import material_of
 from coupling.scene import Scene
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def heat_description(scene: Scene) -> heat.Description:
-    """Everything that conducts: the line bodies, the parts, and what connects and heats them."""
+    """The line bodies, shells and parts, and what connects and heats them."""
     table = scene.thermal
     assert table is not None
     return heat.Description(
@@ -21,6 +21,7 @@ def heat_description(scene: Scene) -> heat.Description:
         [_part(scene, table, name, part) for name, part in table.part.items()],
         [_link(scene, name, link) for name, link in table.link.items()],
         _conditions(scene, table),
+        [_sheet(scene, table, name, body) for name, body in shells(scene).items()],
     )
 
 
@@ -48,6 +49,13 @@ def _member(
     points, axes, section, material = line_of(scene, name, body)
     around = table.wall_points if section.kind == "tube" else 1
     return heat.Member(name, points, axes, section, material, around, table.initial)
+
+
+def _sheet(
+    scene: Scene, table: heat_tables.Thermal, name: str, body: body_tables.ShellBody
+) -> heat.Sheet:
+    material = material_of(scene, body.material)
+    return heat.Sheet(name, scene.shapes[name].surface, body.thickness, material, table.initial)
 
 
 def region_of(name: str, part: heat_tables.Part) -> str:
@@ -80,11 +88,13 @@ def _link(scene: Scene, name: str, link: heat_tables.Link) -> heat.Link:
     return heat.Link(f"link.{name}", _place(scene, link.a), other, link.conductance)
 
 
-def _wall(scene: Scene, name: str, wall: heat_tables.Wall) -> heat.Wall:
+def _wall(scene: Scene, name: str, wall: heat_tables.Wall) -> heat.Wall | heat.Faces:
+    hot, cold = wall.sides
+    if isinstance(scene.body[wall.body], body_tables.ShellBody):
+        return heat.Faces(name, wall.body, hot[0], cold[0])
     end = scene.shapes[wall.body].along[-1] if wall.end is None else wall.end
-    return heat.Wall(
-        name, wall.body, wall.start, float(end), np.array(wall.side), wall.hot, wall.cold
-    )
+    side = None if wall.side is None else np.array(wall.side)
+    return heat.Wall(name, wall.body, wall.start or 0.0, float(end), side, hot, cold)
 
 
 def _flux(name: str, flux: heat_tables.Flux) -> heat.Flux:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.body_tables import LineBody
+from coupling.body_tables import LineBody, ShellBody
 from coupling.contact_tables import ClearanceRevolute
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
@@ -15,7 +15,13 @@ from coupling.materials_used import material_problem
 from coupling.places import distances
 from thermal.solvers import SOLVERS
 
+WHOLE = -1  # in place of a node: all of a shell
 STATION_TOLERANCE = 1e-9  # how near to a stretch a node belongs to it, per length of the body
+
+
+NO_CONDUCTION = (
+    "its temperatures are those of a [thermal.wall.NAME]; conduction in shells is not there yet"
+)
 
 
 def check_heat(draft: Draft) -> list[Problem]:
@@ -35,16 +41,20 @@ def _solver(draft: Draft) -> Iterator[Problem]:
 def _on_bodies(draft: Draft) -> Iterator[Problem]:
     for kind in ("wall", "flux", "radiation"):
         for name, table in draft.named("thermal", kind).items():
-            yield from _heated(draft, table.body, f"thermal.{kind}.{name}.body")
+            given = kind == "wall" and table.body in _shells(draft)
+            if not given:
+                yield from _heated(draft, table.body, f"thermal.{kind}.{name}.body")
 
 
 def _heated(draft: Draft, name: str, where: str) -> Iterator[Problem]:
-    """Bodies that carry temperatures: beams and cables."""
+    """Bodies that conduct: beams and cables."""
     if name not in draft.names("body"):
         yield Problem(where, unknown("body", name, draft.names("body")))
         return
     body = draft.named("body").get(name)
-    if body is not None and not isinstance(body, LineBody):
+    if isinstance(body, ShellBody):
+        yield Problem(where, f"'{name}' is a shell: {NO_CONDUCTION}")
+    elif body is not None and not isinstance(body, LineBody):
         kind = "rigid body" if body.kind == "rigid" else body.kind
         yield Problem(where, f"'{name}' is a {kind}: it carries no temperature of [thermal]")
 
@@ -104,14 +114,35 @@ def _stations(draft: Draft, wall: Wall) -> Any:
     """Nodes of its body on the stretch of a wall."""
     along = distances(draft.points[wall.body])
     slack = STATION_TOLERANCE * along[-1]
-    end = along[-1] if wall.end is None else wall.end
-    return np.flatnonzero((along >= wall.start - slack) & (along <= end + slack))
+    start, end = wall.start or 0.0, along[-1] if wall.end is None else wall.end
+    return np.flatnonzero((along >= start - slack) & (along <= end + slack))
 
 
 def _walls(draft: Draft) -> Iterator[Problem]:
     for name, wall in draft.named("thermal", "wall").items():
         if wall.body in _lines(draft):
             yield from _stretch(draft, wall, f"thermal.wall.{name}")
+        elif wall.body in _shells(draft):
+            yield from _faces(wall, f"thermal.wall.{name}")
+
+
+def _faces(wall: Wall, where: str) -> Iterator[Problem]:
+    """What a wall of a shell cannot have."""
+    for key in ("start", "end"):
+        if getattr(wall, key) is not None:
+            yield Problem(f"{where}.{key}", "does not go with a shell: its wall is all of it")
+    if wall.side is not None:
+        text = "does not go with a shell: hot is on the side of its normal, along u x v"
+        yield Problem(f"{where}.side", text)
+    for key in ("hot", "cold", "temperature"):
+        ends = getattr(wall, key)
+        if ends is not None and ends[0] is not ends[1]:
+            text = "a shell has no start and end: expected one temperature or its history"
+            yield Problem(f"{where}.{key}", text)
+
+
+def _shells(draft: Draft) -> list[str]:
+    return [name for name, body in draft.named("body").items() if isinstance(body, ShellBody)]
 
 
 def _lines(draft: Draft) -> list[str]:
@@ -122,16 +153,20 @@ def _lines(draft: Draft) -> list[str]:
 def _stretch(draft: Draft, wall: Wall, where: str) -> Iterator[Problem]:
     points = draft.points[wall.body]
     length = distances(points)[-1]
-    end = length if wall.end is None else wall.end
-    for key, value in (("start", wall.start), ("end", end)):
+    start, end = wall.start or 0.0, length if wall.end is None else wall.end
+    for key, value in (("start", start), ("end", end)):
         if not -STATION_TOLERANCE * length <= value <= (1.0 + STATION_TOLERANCE) * length:
             text = f"lies outside body '{wall.body}', from 0 to {length:g} m, got {value:g} m"
             yield Problem(f"{where}.{key}", text)
             return
-    if end <= wall.start:
-        yield Problem(f"{where}.end", f"must be beyond the start, {wall.start:g} m, got {end:g} m")
+    if end <= start:
+        yield Problem(f"{where}.end", f"must be beyond the start, {start:g} m, got {end:g} m")
     elif not len(_stations(draft, wall)):
         yield Problem(where, f"no node of body '{wall.body}' lies on this stretch")
+    if wall.temperature is None and wall.side is None:
+        yield Problem(f"{where}.side", "missing (direction of the hot side)")
+    if wall.side is None:
+        return
     along = np.diff(points, axis=0)
     across = np.linalg.norm(np.cross(along, wall.side), axis=1) / np.linalg.norm(along, axis=1)
     if across.min() < 1e-6:
@@ -142,7 +177,9 @@ def _given(draft: Draft) -> dict[str, set[tuple[str, int]]]:
     """The places (body or part, node) where each wall and each fixed gives the temperature."""
     given = {}
     for name, wall in draft.named("thermal", "wall").items():
-        if wall.body in draft.points:
+        if wall.body in _shells(draft):
+            given[f"thermal.wall.{name}"] = {(wall.body, WHOLE)}
+        elif wall.body in draft.points:
             nodes = _stations(draft, wall)
             given[f"thermal.wall.{name}"] = {(wall.body, int(i)) for i in nodes}
     for name, fixed in draft.named("thermal", "fixed").items():
@@ -160,17 +197,22 @@ def _given_twice(draft: Draft) -> Iterator[Problem]:
         if first & second:
             thing, node = min(first & second)
             at = ""
-            if thing in draft.points:
+            if thing in draft.points and node != WHOLE:
                 at = f" at {distances(draft.points[thing])[node]:g} m"
             yield Problem(two, f"gives the temperature of '{thing}'{at}, and so does {one}")
 
 
 def _coverage(draft: Draft) -> Iterator[Problem]:
-    """The prescribed solver computes nothing: all temperatures of bodies must be given."""
+    """Temperatures that nothing computes must be given: of shells, and all with "prescribed"."""
     heat = draft.valid.get(("thermal",))
-    if heat is None or heat.solver != "prescribed" or _given_is_faulty(draft):
+    if heat is None or _given_is_faulty(draft):
         return
     given = set().union(*_given(draft).values())
+    for name in _shells(draft):
+        if (name, WHOLE) not in given:
+            yield Problem(f"body.{name}", f"has no wall: {NO_CONDUCTION}")
+    if heat.solver != "prescribed":
+        return
     for name, points in draft.points.items():
         free = [i for i in range(len(points)) if (name, i) not in given]
         if free and name in _lines(draft):

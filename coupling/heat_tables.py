@@ -17,6 +17,7 @@ from coupling.fields import (
     Temperature,
 )
 from coupling.functions import FluxHistory, PowerHistory, TemperatureEnds, TemperatureHistory
+from coupling.histories import History
 from coupling.laws import Law, LawOf
 
 
@@ -44,6 +45,9 @@ class MaterialTable(Table):
     source: str = Field(default="case file", description="where the data come from")
 
 
+Ends = tuple[History, History]
+
+
 class ThermalPlace(Table):
     """An end of a body, or a part."""
 
@@ -62,14 +66,46 @@ class ThermalPlace(Table):
 
 
 class Wall(Table):
-    """Given wall temperature on a stretch of a body, hot on one side, cold on the other."""
+    """Given temperatures of a body: hot on one side, cold on the other, and linear in between.
+
+    Of a beam or cable on a stretch of it; of a shell everywhere, hot on the side of its normal.
+    """
 
     body: str = Field(description="name of a [body.NAME]")
-    start: Length = Field(default=0.0, description="distance from the start of the body")
+    start: Length | None = Field(
+        default=None, description="distance from the start of the body; default: there"
+    )
     end: Length | None = Field(default=None, description="default: the end of the body")
-    side: Direction = Field(description="direction of the hot side")
-    hot: TemperatureEnds = Field(description="a temperature or {start = ..., end = ...}")
-    cold: TemperatureEnds = Field(description="a temperature or {start = ..., end = ...}")
+    side: Direction | None = Field(
+        default=None,
+        description="direction of the hot side; of a shell it is its normal, along u x v",
+    )
+    hot: TemperatureEnds | None = Field(
+        default=None, description="a temperature or {start = ..., end = ...}"
+    )
+    cold: TemperatureEnds | None = Field(
+        default=None, description="a temperature or {start = ..., end = ...}"
+    )
+    temperature: TemperatureEnds | None = Field(
+        default=None, description="the same on all sides, instead of hot and cold"
+    )
+
+    @classmethod
+    def odd_keys(cls, keys: set[str]) -> Iterator[tuple[str, str]]:
+        if "temperature" in keys:
+            for key in sorted({"hot", "cold", "side"} & keys):
+                yield key, "does not go with temperature, which is the same on all sides"
+            return
+        for key in ("hot", "cold"):
+            if key not in keys:
+                yield key, "missing (give hot and cold, or a temperature)"
+
+    @property
+    def sides(self) -> tuple[Ends, Ends]:
+        """Histories of the hot and of the cold side, each at the start and the end."""
+        hot, cold = self.hot or self.temperature, self.cold or self.temperature
+        assert hot is not None and cold is not None  # the table has both or a temperature
+        return hot, cold
 
 
 class Flux(Table):

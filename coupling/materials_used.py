@@ -105,7 +105,7 @@ def _of_side(
 def _of_body(draft: Draft, body: str) -> Iterator[float]:
     for wall in draft.named("thermal", "wall").values():
         if wall.body == body:
-            yield from _extremes(draft, [*wall.hot, *wall.cold])
+            yield from _extremes(draft, [history for side in wall.sides for history in side])
     for fixed in draft.named("thermal", "fixed").values():
         if fixed.at.body == body:
             yield from _extremes(draft, [fixed.temperature])

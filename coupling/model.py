@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling import manager, observables
-from coupling.descriptions import clearance_joints, flexible_bodies, motion_description
+from coupling.descriptions import clearance_joints, flexible_bodies, motion_description, shells
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
 from coupling.places import place_of, point_of
@@ -306,7 +306,9 @@ def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manag
     x, regions = (
         (np.zeros((0, 3)), {}) if heat_solver is None else (heat_solver.x, heat_solver.regions)
     )
-    return transfer(x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest)
+    return transfer(
+        x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest, shells(scene)
+    )
 
 
 def _versions() -> dict[str, str]:

@@ -29,15 +29,19 @@ def refined(position: Array, patches: "Patches", frame: int) -> tuple[Array, Ind
     return points.reshape(-1, 3), _pieces(len(corners))
 
 
-def fields(body: "Body", patches: "Patches", frame: int) -> tuple[Array | None, Array | None]:
-    """Mean temperature (m,) [K] and resultants (m, 8) at the points of ``refined``."""
-    temperature = resultants = None
+def fields(
+    body: "Body", patches: "Patches", frame: int
+) -> tuple[Array | None, Array | None, Array | None]:
+    """At the points of ``refined``: mean temperature [K] and its gradient along the normal [K/m],
+    both (m,), and resultants (m, 8).
+    """
+    temperature = gradient = resultants = None
     if body.temperature is not None:
-        corners = body.temperature[frame, :, 0][patches.quads]
-        temperature = np.einsum("kc,ec->ek", _bilinear(), corners).ravel()
+        corners = body.temperature[frame][patches.quads][:, :, [0, 2]]
+        temperature, gradient = np.einsum("kc,ecf->fek", _bilinear(), corners).reshape(2, -1)
     if body.resultants is not None:
         resultants = np.repeat(body.resultants[frame], (PIECES + 1) ** 2, axis=0)
-    return temperature, resultants
+    return temperature, gradient, resultants
 
 
 def _grid() -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """The plan: what will run, and what was left out and why."""
 
-from coupling.descriptions import clearance_joints, line_bodies
+from coupling.descriptions import clearance_joints, flexible_bodies, line_bodies, shells
 from coupling.scene import Scene
 from mechanics.schemes import Scheme
 
@@ -39,8 +39,16 @@ def _heat_runs(scene: Scene, solver) -> list[tuple[str, str]]:
         for k in ("wall", "flux", "radiation", "fixed", "source", "part", "link")
         if getattr(table, k)
     ]
-    what = f"{len(solver.x)} temperatures, {table.wall_points} around a tube"
-    return [(f"thermal.{table.solver}", ", ".join([what, *conditions]))]
+    what = [f"{len(solver.x)} temperatures"]
+    if _tubes(scene):
+        what.append(f"{table.wall_points} around a tube")
+    if shells(scene):
+        what.append("2 at each node of a shell (prescribed)")
+    return [(f"thermal.{table.solver}", ", ".join([*what, *conditions]))]
+
+
+def _tubes(scene: Scene) -> bool:
+    return any(scene.section[b.section].kind == "tube" for b in line_bodies(scene).values())
 
 
 def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
@@ -69,7 +77,7 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
 
 
 def _damped(scene: Scene) -> bool:
-    return any(body.damping > 0.0 for body in line_bodies(scene).values())
+    return any(body.damping > 0.0 for body in flexible_bodies(scene).values())
 
 
 def _driven(system) -> str:

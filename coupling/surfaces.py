@@ -66,6 +66,7 @@ class Surface(NamedTuple):
     stress : (m,) float [Pa]  axial, without the part that is in balance within the section
     resultants : (m, 8) float [N/m], [N]  of shells: N11, N22, N12, M11, M22, M12, Q1, Q2; or None
     is_open : both sides of it are seen
+    gradient : (m,) float [K/m]  of the temperature of shells along their normal; or None
     """
 
     points: Array
@@ -75,6 +76,7 @@ class Surface(NamedTuple):
     stress: Array
     resultants: Array | None = None
     is_open: bool = False
+    gradient: Array | None = None
 
 
 def read_bodies(results: Results) -> list[Body]:
@@ -95,7 +97,7 @@ def surface(body: Body, frame: int) -> Surface:
     """Surface of ``body`` in ``frame``, smooth between the nodes."""
     points, quads = _drawn(body, frame)
     unknown = np.full(len(points), np.nan)
-    temperature = stress = resultants = None
+    temperature = stress = resultants = gradient = None
     if body.section is not None:
         stations = len(points) // AROUND
         temperature = _wall_temperature(body, frame, stations)
@@ -103,7 +105,7 @@ def surface(body: Body, frame: int) -> Surface:
     elif body.patches is not None:
         from coupling import patches
 
-        temperature, resultants = patches.fields(body, body.patches, frame)
+        temperature, gradient, resultants = patches.fields(body, body.patches, frame)
     elif body.temperature is not None:
         temperature = body.temperature[frame, :, 0]
     return Surface(
@@ -114,6 +116,7 @@ def surface(body: Body, frame: int) -> Surface:
         unknown if stress is None else stress,
         resultants,
         body.patches is not None,
+        gradient,
     )
 
 

@@ -5,7 +5,7 @@ its mean rows deposits heat. Reading is consistent (constant and linear fields a
 depositing is conservative (the columns of the transpose sum to one), by construction.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ def transfer(
     axes: Array,
     point_regions: Mapping[str, Indices],
     rest: Array,
+    surfaces: Collection[str] = (),
 ) -> Transfer:
     """Build the transfer from temperatures at ``x`` to sections at ``points``.
 
@@ -49,6 +50,8 @@ def transfer(
     x : (n, 3) float [m], regions : which of them belong to which body or part
     points : (m, 3) float [m], axes : (m, 3, 3), point_regions : likewise for the sections
     rest : (m,) float [K]  temperature of points whose region has no temperatures
+    surfaces : names of shells: at each of their points there are as many temperatures, one after
+        the other, somewhere on the normal e3
     """
     count = 3 * len(points)
     entries: list[tuple[Indices, Indices, Array]] = []
@@ -56,7 +59,8 @@ def transfer(
     base[:, 0] = rest
     for name, rows in point_regions.items():
         if name in regions:
-            block = _region(x[regions[name]], points[rows], axes[rows])
+            read = _surface if name in surfaces else _region
+            block = read(x[regions[name]], points[rows], axes[rows])
             base[rows, 0] = 0.0
             k, c = np.nonzero(block)
             entries.append((3 * rows[k // 3] + k % 3, regions[name][c], block[k, c]))
@@ -76,6 +80,28 @@ def _region(x: Array, points: Array, axes: Array) -> Array:
     arclength = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     weights = _interpolation(stations, arclength)
     return np.einsum("ms,skn->mkn", weights, profiles).reshape(3 * len(points), len(x))
+
+
+def _surface(x: Array, points: Array, axes: Array) -> Array:
+    """(3 m, n) block of a shell: mean, nothing, and the gradient along e3, at every point."""
+    layers, odd = divmod(len(x), len(points))
+    if odd or not layers:
+        raise ValueError(f"a shell of {len(points)} nodes cannot have {len(x)} temperatures")
+    away = x.reshape(len(points), layers, 3) - points[:, None]
+    heights = np.einsum("nkc,nc->nk", away, axes[:, 2])
+    block = np.zeros((len(points), 3, len(x)))
+    for i, z in enumerate(heights):
+        columns = slice(i * layers, (i + 1) * layers)
+        block[i, [0, 2], columns] = _line_fit(z)
+    return block.reshape(-1, len(x))
+
+
+def _line_fit(z: Array) -> Array:
+    """(2, k) least-squares map from temperatures at heights ``z`` to that at 0 and the gradient."""
+    centred = z - z.mean()
+    square = float(centred @ centred)
+    slope = centred / square if square > 0.0 else np.zeros_like(z)
+    return np.stack([1.0 / len(z) - z.mean() * slope, slope])
 
 
 def _section_coordinates(x: Array, points: Array, axes: Array) -> tuple[Array, Array, Array]:

@@ -109,6 +109,14 @@ def added(text: str) -> str:
     return GOOD + text
 
 
+SHELL = """
+[body.s]
+kind = "shell"
+thickness = 0.01
+material = 'al6061'
+surface = { kind = "plate", length = 1, width = 1, elements = [2, 2] }
+"""
+
 # name: (text of the case, the problems as "path: part of the text")
 BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     # ---- not a case at all
@@ -609,6 +617,79 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         changed(("elements = 4", "elements = 4\nregion = 'x'")),
         ["body.boom.region: belongs to a mesh"],
     ),
+    # ---- temperatures of shells
+    "shell without a wall": (
+        added(SHELL),
+        [
+            "body.s: has no wall: its temperatures are those of a [thermal.wall.NAME]; conduction "
+            "in shells is not there yet"
+        ],
+    ),
+    "shell without a wall, prescribed": (
+        changed(('initial = "20 degC"', 'initial = "20 degC"\nsolver = "prescribed"')) + SHELL,
+        ["body.boom: the prescribed solver needs a wall", "body.s: has no wall"],
+    ),
+    "wall of a shell like that of a beam": (
+        added(
+            SHELL + "[thermal.wall.s]\nbody='s'\nstart=0\nend=1\nside=[0,0,1]\n"
+            "hot={start=300,end=310}\ncold=290\n"
+        ),
+        [
+            "thermal.wall.s.start: does not go with a shell: its wall is all of it",
+            "thermal.wall.s.end: does not go with a shell",
+            "thermal.wall.s.side: does not go with a shell: hot is on the side of its normal",
+            "thermal.wall.s.hot: a shell has no start and end",
+        ],
+    ),
+    "two walls of a shell": (
+        added(
+            SHELL + "[thermal.wall.s]\nbody='s'\ntemperature=300\n"
+            "[thermal.wall.t]\nbody='s'\ntemperature=300\n"
+        ),
+        ["thermal.wall.t: gives the temperature of 's', and so does thermal.wall.s"],
+    ),
+    "heat on a shell": (
+        added(
+            SHELL + "[thermal.wall.s]\nbody='s'\ntemperature=300\n"
+            "[thermal.flux.s]\nbody='s'\ndensity=100\n"
+            "[thermal.fixed.s]\nat={body='s',at='end'}\ntemperature=300\n"
+        ),
+        [
+            "thermal.flux.s.body: 's' is a shell: its temperatures are those of a [thermal.wall",
+            "thermal.fixed.s.at.body: 's' is a shell",
+        ],
+    ),
+    "shell hotter than its data": (
+        added(
+            SHELL.replace("'al6061'", "'al6061-paper'")
+            + "[thermal.wall.s]\nbody='s'\nhot=500\ncold=300\n"
+        ),
+        [
+            f"material.al6061-paper: {name} needed from 293.15 K to 500 K"
+            for name in (
+                "youngs_modulus",
+                "poissons_ratio",
+                "expansion",
+                "conductivity",
+                "heat_capacity",
+            )
+        ],
+    ),
+    "wall with one side": (
+        changed(('hot = "40 degC"\n', "")),
+        ["thermal.wall.sun.hot: missing (give hot and cold, or a temperature)"],
+    ),
+    "wall hot everywhere and on one side": (
+        changed(('hot = "40 degC"', 'temperature = 300\nhot = "40 degC"')),
+        [
+            f"thermal.wall.sun.{key}: does not go with temperature"
+            for key in ("cold", "hot", "side")
+        ],
+    ),
+    "wall without a side": (
+        changed(("side = [0, 1, 0]\n", "")),
+        ["thermal.wall.sun.side: missing (direction of the hot side)"],
+    ),
     # ---- rigid bodies, shells, arcs
     "impossible inertia": (
         added("[body.r]\nkind='rigid'\nposition=[0,0,0]\nmass=1\ninertia=[1,1,3]\n"),
@@ -681,13 +762,13 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "no node of the shell": (
         added(
-            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plate',length=1,width=1,elements=[2,2]}\n[probe.s]\nbody='s'\nposition=[0.4,0,0]\n"
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plate',length=1,width=1,elements=[2,2]}\n[thermal.wall.s]\nbody='s'\ntemperature=300\n[probe.s]\nbody='s'\nposition=[0.4,0,0]\n"
         ),
         ["probe.s.position: no node of the shell is there; the nearest is at [0.5, 0, 0] m"],
     ),
     "nowhere on the shell": (
         added(
-            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plate',length=1,width=1,elements=[2,2]}\n[probe.s]\nbody='s'\n"
+            "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='plate',length=1,width=1,elements=[2,2]}\n[thermal.wall.s]\nbody='s'\ntemperature=300\n[probe.s]\nbody='s'\n"
         ),
         ["probe.s.position: missing (where on 's': the place of a node)"],
     ),
@@ -745,6 +826,7 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     "edges that are not there": (
         added(
             "[body.s]\nkind='shell'\nthickness=0.1\nmaterial='al6061'\nsurface={kind='tube',length=1,radius=1,elements=[4,2]}\n"
+            "[thermal.wall.s]\nbody='s'\ntemperature=300\n"
             "[joint.a]\nkind='clamp'\na={body='s',edge='u-start'}\n"
             "[joint.b]\nkind='clamp'\na={body='s',edge='v-start'}\nb={body='boom',at='end'}\n"
             "[joint.c]\nkind='revolute'\na={body='s',edge='v-end'}\naxis=[0,0,1]\n"

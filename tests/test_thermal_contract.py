@@ -191,8 +191,8 @@ def scene(*conditions, members=(ARM,), parts=(HUB,), links=(LINK,)):
 
 BAD = {
     "neither members nor parts": Description(()),
-    "member or part 'arm': the name is used 2 times": scene(members=(ARM, ARM)),
-    "member or part 'hub': the name is used 2 times": scene(parts=(HUB, HUB)),
+    "member, part or sheet 'arm': the name is used 2 times": scene(members=(ARM, ARM)),
+    "member, part or sheet 'hub': the name is used 2 times": scene(parts=(HUB, HUB)),
     "condition or link 'link': the name is used 2 times": scene(
         Source("link", Place("hub"), DENSITY)
     ),

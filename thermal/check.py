@@ -10,6 +10,7 @@ from meshes.materials import Property
 from thermal.description import (
     Condition,
     Description,
+    Faces,
     Fixed,
     Flux,
     Link,
@@ -17,6 +18,7 @@ from thermal.description import (
     Part,
     Place,
     Radiation,
+    Sheet,
     Source,
     Wall,
 )
@@ -34,12 +36,14 @@ def check(description: Description) -> None:
 def problems(description: Description) -> list[str]:
     """One sentence for each problem; what depends on a faulty member is not looked at."""
     d = description
-    found = [] if d.members or d.parts else ["it has neither members nor parts"]
-    found += _repeated("member or part", [m.name for m in d.members] + [p.name for p in d.parts])
+    things: list[Member | Part | Sheet] = [*d.members, *d.parts, *d.sheets]
+    found = [] if things else ["it has neither members nor parts nor sheets"]
+    found += _repeated("member, part or sheet", [thing.name for thing in things])
     names = [c.name for c in d.conditions] + [link.name for link in d.links]
     found += _repeated("condition or link", names)
     of_things = [p for m in d.members for p in _member_problems(m)]
     of_things += [p for part in d.parts for p in _part_problems(part)]
+    of_things += [p for sheet in d.sheets for p in _sheet_problems(sheet)]
     found += of_things
     if not of_things:
         found += [p for link in d.links for p in _link_problems(d, link)]
@@ -89,6 +93,17 @@ def _part_problems(p: Part) -> list[str]:
         found.append(f"{name}: its position must be three finite coordinates")
     if not (isfinite(p.mass) and p.mass > 0.0):
         found.append(f"{name}: its mass must be positive, got {p.mass}")
+    return found
+
+
+def _sheet_problems(s: Sheet) -> list[str]:
+    name = f"sheet '{s.name}'"
+    found = _initial_problems(name, s.initial, (s.material.heat_capacity,))
+    if not (isfinite(s.thickness) and s.thickness > 0.0):
+        found.append(f"{name}: its thickness must be positive, got {s.thickness}")
+    normals = np.linalg.norm(np.cross(s.surface.d_u, s.surface.d_v), axis=1)
+    if not (np.isfinite(normals) & (normals > 0.0)).all():
+        found.append(f"{name}: it has no normal at some of its nodes")
     return found
 
 
@@ -144,6 +159,9 @@ def _wall_problems(d: Description, c: Wall) -> list[str]:
 
 
 def _side_problems(owner: str, member: Member, c: Wall) -> list[str]:
+    if c.side is None:
+        same = c.hot == c.cold
+        return [] if same else [f"{owner}: hot and cold differ, so it needs a side"]
     if np.shape(c.side) != (3,) or not np.isfinite(c.side).all() or not np.any(c.side):
         return [f"{owner}: side must be a direction, got {c.side}"]
     across = np.asarray(member.axes)[stations_within(member, c), 1:] @ np.asarray(c.side)
@@ -174,6 +192,9 @@ def _condition_problems(d: Description, c: Condition) -> list[str]:
     match c:
         case Wall():
             return _wall_problems(d, c)
+        case Faces():
+            there = c.sheet in [s.name for s in d.sheets]
+            return [] if there else [f"faces '{c.name}': there is no sheet '{c.sheet}'"]
         case Flux():
             return _flux_problems(d, c)
         case Radiation():

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from meshes.materials import Material
 from meshes.sections import Section
+from meshes.surfaces import Surface
 
 Array = NDArray[np.float64]
 History = Callable[[float], float]
@@ -30,6 +31,21 @@ class Member:
     section: Section
     material: Material
     wall_points: int
+    initial: float
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A shell with a temperature on each of its two faces, and linear in between.
+
+    surface : middle surface with its nodes; its normal is d_u x d_v
+    thickness, initial : float [m], [K]
+    """
+
+    name: str
+    surface: Surface
+    thickness: float
+    material: Material
     initial: float
 
 
@@ -71,7 +87,8 @@ class Wall:
     temperature is linear along the member. All stations on the stretch are held.
 
     start, end : float [m]  arclength range of the stretch
-    side : (3,) float  direction of the hot side in the reference configuration
+    side : (3,) float | None  direction of the hot side in the reference configuration; None where
+        there is no such side, as hot and cold are the same
     hot, cold : pairs of histories [K], at the start and at the end of the stretch
     """
 
@@ -79,9 +96,19 @@ class Wall:
     member: str
     start: float
     end: float
-    side: Array
+    side: Array | None
     hot: tuple[History, History]
     cold: tuple[History, History]
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Prescribed temperatures [K] of a sheet: ``hot`` on the side of its normal, and ``cold``."""
+
+    name: str
+    sheet: str
+    hot: History
+    cold: History
 
 
 @dataclass(frozen=True)
@@ -128,7 +155,7 @@ class Source:
     power: History
 
 
-Condition = Wall | Flux | Radiation | Fixed | Source
+Condition = Wall | Faces | Flux | Radiation | Fixed | Source
 
 
 @dataclass(frozen=True)
@@ -139,3 +166,4 @@ class Description:
     parts: Sequence[Part] = ()
     links: Sequence[Link] = ()
     conditions: Sequence[Condition] = ()
+    sheets: Sequence[Sheet] = ()

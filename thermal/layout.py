@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thermal.description import Description, Fixed, History, Member, Place, Wall
+from thermal.description import Description, Faces, Fixed, History, Member, Place, Sheet, Wall
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -19,11 +19,11 @@ STATION_TOLERANCE = 1e-9  # of a member's length: how near to a stretch a statio
 
 
 class Layout(NamedTuple):
-    """Numbering of the temperatures: members in order, then parts.
+    """Numbering of the temperatures: members in order, then parts, then sheets.
 
     x : (n, 3) float [m]  reference positions
-    regions : name of member or part -> (k,) its temperatures; a member station by station,
-        each station by angle
+    regions : name of member, part or sheet -> (k,) its temperatures; a member station by station,
+        each station by angle; a sheet node by node, each with the face of its normal first
     initial : (n,) float [K]
     """
 
@@ -54,6 +54,7 @@ def layout(description: Description) -> Layout:
     """Number the temperatures of a description."""
     things = [(m.name, wall_positions(m), m.initial) for m in description.members]
     things += [(p.name, np.reshape(p.position, (1, 3)), p.initial) for p in description.parts]
+    things += [(s.name, face_positions(s), s.initial) for s in description.sheets]
     ends = np.cumsum([0] + [len(x) for _, x, _ in things])
     return Layout(
         np.vstack([np.asarray(x, dtype=float) for _, x, _ in things]),
@@ -76,6 +77,24 @@ def wall_positions(member: Member) -> Array:
     axes = np.asarray(member.axes, dtype=float)
     normals = np.cos(phi)[:, None] * axes[:, None, 1] + np.sin(phi)[:, None] * axes[:, None, 2]
     return (points[:, None] + member.section.radius * normals).reshape(-1, 3)
+
+
+def face_positions(sheet: Sheet) -> Array:
+    """(2 n, 3) [m]  on both faces at every node, that of the normal first."""
+    normals = np.cross(sheet.surface.d_u, sheet.surface.d_v)
+    normals *= 0.5 * sheet.thickness / np.linalg.norm(normals, axis=1, keepdims=True)
+    points = sheet.surface.points
+    return np.stack([points + normals, points - normals], axis=1).reshape(-1, 3)
+
+
+def node_areas(sheet: Sheet) -> Array:
+    """(n,) [m^2]  of the middle surface, by trapezoids over the elements."""
+    surface = sheet.surface
+    density = np.linalg.norm(np.cross(surface.d_u, surface.d_v), axis=1)
+    shares = 0.25 * np.prod(surface.sizes, axis=1, keepdims=True) * density[surface.quads]
+    areas = np.zeros(len(surface.points))
+    np.add.at(areas, surface.quads, shares)
+    return areas
 
 
 def arclength(points: Array) -> Array:
@@ -107,6 +126,10 @@ def given(description: Description, regions: Mapping[str, Indices]) -> list[Give
     for c in description.conditions:
         if isinstance(c, Wall):
             found.append(_given_by_wall(c, members[c.member], regions[c.member]))
+        elif isinstance(c, Faces):
+            nodes = regions[c.sheet]
+            weights = np.tile(np.eye(2), (len(nodes) // 2, 1))
+            found.append(Given(c.name, nodes, weights, (c.hot, c.cold)))
         elif isinstance(c, Fixed):
             nodes = place_nodes(description, regions, c.place)
             found.append(Given(c.name, nodes, np.ones((len(nodes), 1)), (c.temperature,)))
@@ -135,10 +158,10 @@ def _given_by_wall(wall: Wall, member: Member, nodes: Indices) -> Given:
     )
 
 
-def _facing(member: Member, side: Array) -> Array:
+def _facing(member: Member, side: Array | None) -> Array:
     """(stations, wall_points)  cosine between wall normal and ``side`` laid into the section."""
-    if member.wall_points == 1:
-        return np.zeros((len(member.points), 1))
+    if side is None or member.wall_points == 1:
+        return np.zeros((len(member.points), member.wall_points))
     inplane = np.asarray(member.axes, dtype=float)[:, 1:] @ np.asarray(side, dtype=float)
     inplane /= np.linalg.norm(inplane, axis=1, keepdims=True)
     phi = wall_angles(member.wall_points)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermal.check import check
-from thermal.description import Description, Member
-from thermal.layout import arclength, given, given_nodes, layout
+from thermal.description import Description, Member, Part, Sheet
+from thermal.layout import arclength, given, given_nodes, layout, node_areas
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -18,7 +18,7 @@ ROUNDING = 1e-6
 
 
 class PrescribedHeat:
-    """Temperatures given by wall and fixed conditions; nothing is solved.
+    """Temperatures given by wall, face and fixed conditions; nothing is solved.
 
     Parts without a condition stay as they are. All other conditions and the links have no
     effect. What the heat balance lacks flows in from an unlimited reservoir.
@@ -28,13 +28,14 @@ class PrescribedHeat:
         check(description)
         self.x, self.regions, self._initial = layout(description)
         self._given = given(description, self.regions)
-        _require_cover(description.members, self.regions, given_nodes(self._given))
-        self._bodies = [
-            (self.regions[m.name], m.material, _masses(m), m.name) for m in description.members
-        ] + [
-            (self.regions[p.name], p.material, np.array([p.mass]), p.name)
-            for p in description.parts
+        nodes = given_nodes(self._given)
+        _require_cover(description.members, description.sheets, self.regions, nodes)
+        things: list[tuple[Member | Sheet | Part, Array]] = [
+            *((m, _masses(m)) for m in description.members),
+            *((s, _face_masses(s)) for s in description.sheets),
+            *((p, np.array([p.mass])) for p in description.parts),
         ]
+        self._bodies = [(self.regions[o.name], o.material, mass, o.name) for o, mass in things]
 
     def initial(self) -> Array:
         """(n,) [K]  of the conditions at t = 0 where there are any."""
@@ -79,14 +80,28 @@ def _masses(m: Member) -> Array:
     return np.repeat(share * lengths, m.wall_points)
 
 
+def _face_masses(s: Sheet) -> Array:
+    """(2 nodes,) [kg]  half of the thickness to each face."""
+    return np.repeat(0.5 * s.material.density * s.thickness * node_areas(s), 2)
+
+
 def _require_cover(
-    members: Sequence[Member], regions: Mapping[str, Indices], nodes: Indices
+    members: Sequence[Member],
+    sheets: Sequence[Sheet],
+    regions: Mapping[str, Indices],
+    nodes: Indices,
 ) -> None:
-    found = []
+    found = [
+        f"sheet '{s.name}': no condition gives the temperatures of its faces"
+        for s in sheets
+        if not np.isin(regions[s.name], nodes).all()
+    ]
     for m in members:
         bare = ~np.isin(regions[m.name], nodes).reshape(-1, m.wall_points).all(axis=1)
         if bare.any():
             where = ", ".join(f"{s:g} m" for s in arclength(m.points)[bare])
             found.append(f"member '{m.name}': no condition gives the temperature at {where}")
     if found:
-        raise ValueError("\n  ".join(["prescribed temperatures must cover all members", *found]))
+        raise ValueError(
+            "\n  ".join(["prescribed temperatures must cover all members and sheets", *found])
+        )
