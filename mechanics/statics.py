@@ -3,9 +3,8 @@
 Newton's matrix takes the stress in the geometric stiffness from the linear prediction of the
 step before (``mechanics.prediction``). Its steps are taken in full, but for a limit on their
 length: shortened ones do worse with large rotations. A load step that does not converge is
-halved; the smallest are tried with a line search on the natural level (Deuflhard 2011, Newton
-Methods for Nonlinear Problems, sec. 3.3), which holds with constraints as without and does not
-mind, as the residual does, how much stiffer a beam is along its axis than across.
+halved. Where that does not help, as beyond a limit load, a line search leads downhill to the
+next stable equilibrium (``mechanics.descent``): the structure snaps.
 """
 
 from typing import NamedTuple
@@ -13,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanics.factor import Solve
+from mechanics.descent import downhill
+from mechanics.eigen import negatives
 from mechanics.mechanism import free_motions
+from mechanics.modes import stiffness
 from mechanics.prediction import predicted
 from mechanics.system import Coefficients, Factors, System
 
@@ -31,20 +32,20 @@ UNHELD = 1e3
 LARGEST_STEP = 1.0
 """A load step that moves a coordinate further may end on another branch; it is halved."""
 
-SHORTEST = 1.0 / 64.0
-"""Smallest part of a correction that the line search leaves [-]."""
-
 BALANCE = 1e-8
 """Unbalanced force allowed, relative to the largest load or reaction [-]."""
 
 ROUNDING = 1e-12
 """Unbalanced force that rounding of the coordinates may leave, relative to stiffness [-]."""
 
-LAST = 256
-"""Load steps this much smaller than the first one are tried with the line search."""
+LAST = 16
+"""Load steps this much smaller than the first one that fail are tried downhill."""
 
-EASY, GROWTH = 4, 4.0
-"""Iterations after which the next load step is doubled; largest step, of the first one."""
+PATIENCE = 8
+"""Iterations allowed downhill, of those of Newton's method."""
+
+EASY, GROWTH = 6, 4.0
+"""Most iterations after which the next load step is doubled; largest step, of the first one."""
 
 
 class Equilibrium(NamedTuple):
@@ -67,13 +68,11 @@ class Allowed(NamedTuple):
     correction : at the end, relative to ``System.scale``
     iterations : with one factorisation each
     first : largest first correction
-    careful : with the line search
     """
 
     correction: float
     iterations: int
     first: float
-    careful: bool
 
 
 class Found(NamedTuple):
@@ -101,27 +100,35 @@ def equilibrium(
 
     Parameters
     ----------
-    steps : the first load step is 1/steps; easy ones grow up to fourfold, one that does not
-        converge is halved, down to 1/1024 of the first
+    steps : the first load step is 1/steps; easy ones grow up to fourfold, while the states that
+        they lead to are stable; one that does not converge is halved, down to 1/1024 of the first
     start : coordinates and multipliers to begin with; the reference
     tolerance : largest remaining correction, relative to ``System.scale``
-    iterations : allowed in one load step
+    iterations : allowed to Newton's method in one load step
     """
     y = at_rest(system) if start is None else np.concatenate([start.q, start.lam])
     fraction, increment, spent, bound = 0.0, 1.0 / steps, 0, UNHELD
+    largest = GROWTH / steps
     while fraction < 1.0:
         goal = min(1.0, fraction + increment)
         if 1.0 - goal < 1e-9:
             goal = 1.0
-        small = increment <= 1.0 / (8 * steps)
-        allowed = Allowed(tolerance, iterations, bound, increment <= 1.0 / (LAST * steps))
-        found = newton(system, y, goal, between(c0, c1, goal), allowed)
+        small, grown = increment <= 1.0 / (8 * steps), increment > 1.001 / steps
+        coef = between(c0, c1, goal)
+        found = newton(system, y, goal, coef, Allowed(tolerance, iterations, bound))
         spent += found.iterations
+        if found.why and increment <= 1.0 / (LAST * steps):
+            lower, more = downhill(system, y, goal, coef, PATIENCE * iterations)
+            found = newton(system, lower, goal, coef, Allowed(tolerance, iterations, np.inf))
+            spent += more + found.iterations
         moved = float(np.max(np.abs(found.y - y)[: system.n] / system.scale, initial=0.0))
-        if not found.why and (moved <= LARGEST_STEP or small):
+        near = not found.why and (moved <= LARGEST_STEP or small)
+        if near and grown and _unstable(system, found.y, goal, coef):
+            near, largest = False, 1.0 / steps
+        if near:
             y, fraction = found.y, goal
             if found.iterations <= EASY and moved < 0.5 * LARGEST_STEP:
-                increment = min(2.0 * increment, GROWTH / steps)
+                increment = min(2.0 * increment, largest)
             continue
         seek = found.why and fraction == 0.0 and bound < np.inf
         loose = free_motions(system, y, c0) if seek else []
@@ -142,6 +149,11 @@ def at_rest(system: System) -> Array:
 def between(c0: Coefficients, c1: Coefficients, fraction: float) -> Coefficients:
     """Coefficients at a load factor."""
     return tuple(a + fraction * (b - a) for a, b in zip(c0, c1, strict=True))
+
+
+def _unstable(system: System, y: Array, t: float, coef: Coefficients) -> bool:
+    """Whether the equilibrium is one that a real body would leave."""
+    return negatives(*stiffness(system, y, t, coef)) > 0
 
 
 def load_change(
@@ -177,45 +189,10 @@ def newton(system: System, y: Array, t: float, coef: Coefficients, allowed: Allo
             worst, stressed = heavy, coef
             continue
         step *= min(1.0, LARGEST_CORRECTION / float(size[worst]))
-        if allowed.careful:
-            step *= _part(system, y, t, (coef, stressed), step, solve)
         stressed = predicted(system, coef, y, step, y + step)
         y = y + step
     why = f"statics did not converge at load factor {t:.6g}, {system.name_of(worst)}"
     return Found(y, count, worst, why)
-
-
-def _part(
-    system: System,
-    y: Array,
-    t: float,
-    coef: tuple[Coefficients, Coefficients],
-    step: Array,
-    solve: Solve,
-) -> float:
-    """Part of a step that the line search leaves: 1, 1/2 ... ``SHORTEST``.
-
-    The level at the new place is the length of the correction that the factors of the old one
-    give there, for coordinates and predicted stresses together: unbalanced forces with the
-    predicted stress, and at the old place those of the strains by which it was wrong.
-    """
-    exact, stressed = coef
-    still, part = np.zeros_like(y), 1.0
-    before, here = _level(system, step), system.residual(y, still, t, stressed)
-    while part > SHORTEST:
-        new = y + part * step
-        ahead = predicted(system, exact, y, part * step, new)
-        wrong = tuple(s + e - a for s, e, a in zip(stressed, exact, ahead, strict=True))
-        change = system.residual(y, still, t, wrong) - here
-        rest = solve(-system.residual(new, still, t, ahead) - change)
-        if _level(system, rest) <= (1.0 - 0.25 * part) * before:  # False if not a number
-            break
-        part *= 0.5
-    return part
-
-
-def _level(system: System, step: Array) -> float:
-    return float(np.linalg.norm(step[: system.n] / system.scale))
 
 
 def unbalanced(

@@ -187,7 +187,8 @@ def test_motions_of_a_chain_are_those_of_its_hinges():
     assert told == [f"body {name!r}: it can turn about x, y and z" for name in ("beam", "second")]
 
 
-def test_a_load_beyond_the_strength_of_the_steps_names_the_place():
+def test_a_load_beyond_the_strength_of_the_steps_names_the_place(monkeypatch):
+    monkeypatch.setattr(statics, "downhill", lambda system, y, *rest: (y, 0))
     made = cantilever(tip_force(1e3))
     found = equilibrium(made.system, made.coef, made.coef, 1, iterations=1)
     assert found.why.startswith("statics did not converge at load factor ")
@@ -248,25 +249,6 @@ def test_predicted_stress_is_the_linear_one():
     wanted = strains(y) + slope - made.coef[0][:, 18:36]
     np.testing.assert_allclose(strains(y + step) - shifted[0][:, 18:36], wanted, atol=1e-8)
     assert all(a is b for a, b in zip(shifted[1:], made.coef[1:], strict=True))
-
-
-def test_the_line_search_leads_to_the_same_equilibrium():
-    made = cantilever(tip_force(100.0, PUSH))
-    bounds = statics.Allowed(1e-10, 60, np.inf, careful=True)
-    found = statics.newton(made.system, at_rest(made.system), 1.0, made.coef, bounds)
-    assert found.why == ""
-    np.testing.assert_allclose(found.y[: made.system.n], solved(made).q, atol=1e-9)
-
-
-def test_the_line_search_shortens_a_step_that_leads_away():
-    """The level falls for the part that it leaves, and for the whole step it does not."""
-    made, _ = rolled_up(20)
-    system, y = made.system, at_rest(made.system)
-    data = system.matrix(y, 0 * y, 1.0, made.coef, statics.STIFFNESS)
-    solve = system.factorise(data)
-    step = solve(-system.residual(y, 0 * y, 1.0, made.coef))
-    part = statics._part(system, y, 1.0, (made.coef, made.coef), step, solve)
-    assert statics.SHORTEST <= part < 0.5
 
 
 # -------------------------------------------------------------------------------------- modes
