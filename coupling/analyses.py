@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling import observables
+from coupling.clocks import CLOCKS, Clock
 from coupling.errors import BadCase, Problem
 from coupling.model import Model, build
 from coupling.results import Recorder, new_run_folder
 from coupling.scene import Scene
 from coupling.simulation import Outcome
+from mechanics.system import System
 
 Array = NDArray[np.float64]
 
@@ -127,10 +129,26 @@ def _record(model: Model, recorder: Recorder, frames: Iterable[tuple[Place, Arra
         recorder.describe_group(f"bodies/{name}", attributes)
     for name, elements in model.surfaces().items():
         recorder.append_many(f"surfaces/{name}", elements)
+    clock = CLOCKS[model.scene.analysis.kind]
+    for group in ("frames", *(f"probes/{name}" for name in model.scene.probe)):
+        recorder.declare(group, "time", "", clock.name)
+    statics = model.scene.analysis.kind == "statics"
     for place, T in frames:
         recorder.append("frames", {"time": place.t})
-        rows = observables.bodies(system, place, T, system.coefficients(T))
+        coef = system.coefficients(T)
+        if statics:
+            _ledger(recorder, system, place, coef, clock)
+        rows = observables.bodies(system, place, T, coef)
         for name, row in rows.items():
             recorder.append(f"bodies/{name}", row)
         for name, row in observables.probes(model.scene, model.layout, place, T).items():
             recorder.append(f"probes/{name}", row)
+
+
+def _ledger(recorder: Recorder, system: System, place: Place, coef: Any, clock: Clock) -> None:
+    """Energy stored at an equilibrium; works along the path are not summed up."""
+    recorder.declare("windows", "time", "", clock.name)
+    recorder.append("windows", {"time": place.t})
+    y, v = system.unknowns(place.q, place.lam), np.zeros(system.n + system.m)
+    bodies, contacts = system.energies(y, v, system.timed(coef, place.t))[:2]
+    recorder.append("ledger", {"strain": bodies, "contact_elastic": contacts})

@@ -377,6 +377,12 @@ def report(
     output: Annotated[
         Path, typer.Option("--output", metavar="DIR", help="Where tables and pictures go.")
     ] = Path("report"),
+    large: Annotated[
+        bool,
+        typer.Option(
+            "--large", help="levels: also ten times the size of Level 4, which takes minutes."
+        ),
+    ] = False,
 ) -> None:
     """Measure how fast the motion is computed.
 
@@ -387,7 +393,7 @@ def report(
         from coupling.report import report as make
 
         _check_writable(output)
-        _tell(_out(), make(what, name, output, _out()))
+        _tell(_out(), make(what, name, output, _out(), large))
 
 
 if __name__ == "__main__":

@@ -245,8 +245,8 @@ class Model:
 
     def meta(self, scene: Scene) -> dict[str, Any]:
         """Root attributes of the results."""
-        return {"title": scene.title, "scene": scene.text, "plan": self.plan,
-                "versions": _versions()}  # fmt: skip
+        return {"title": scene.title, "analysis": scene.analysis.kind, "scene": scene.text,
+                "plan": self.plan, "versions": _versions()}  # fmt: skip
 
 
 def build(scene: Scene) -> Model:

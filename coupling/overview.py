@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.clocks import analysis_of, named, said
 from coupling.export import orbit_plane, placement
 from coupling.insets import FAINT, INK, SKY, draw_insets, find_insets
 from coupling.painting import Camera, Colouring, camera_for, colouring_of, paint, palette
@@ -35,7 +36,7 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     size = fitting_size(title, 0.70 * figure.get_figwidth(), 19.0)
     figure.text(0.03, 0.925, title, color=INK, fontsize=size, weight="bold")
     bodies, times = read_bodies(results), results["frames/time"]
-    frames = sorted({0, len(times) // 2, len(times) - 1})
+    frames = shown_frames(analysis_of(results), len(times))
     factor = enlargement(bodies, frames)
     drawn = [_enlarged(body, frames, factor) for body in bodies]
     owners = [body for body in drawn for _ in frames]
@@ -47,20 +48,27 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     camera = camera_for(np.concatenate([body.position.reshape(-1, 3) for body in seen]))
     solid = [s.points for s, body in zip(shapes, owners, strict=True) if body.section is None]
     _frame_scene(ax, camera, [body.position.reshape(-1, 3) for body in seen], solid)
-    if factor == 1.0:
+    if factor == 1.0 and analysis_of(results) != "modes":
         _draw_paths(ax, camera, results, bodies, times[frames])
     paint(ax, camera, shapes, colouring)
     _mark_particles(ax, camera, drawn)
     _mark_joints(ax, camera, results, drawn)
     if len(bodies) <= MOST_NAMES:
-        _label_times(ax, camera, drawn, times[frames])
-    _scale_bar(ax, factor, times[frames])
+        _label_frames(ax, camera, drawn, named(results, frames))
+    _scale_bar(ax, factor, said(results, frames))
     if colouring:
         _colour_bar(figure, colouring)
     draw_insets(figure, insets)
 
 
 # ---------------------------------------------------------------------------------- scene
+
+
+def shown_frames(analysis: str, count: int) -> list[int]:
+    """First, middle and last of ``count`` frames; of modes the equilibrium and the first two."""
+    return (
+        list(range(min(count, 3))) if analysis == "modes" else [*sorted({0, count // 2, count - 1})]
+    )
 
 
 def enlargement(bodies: list[Body], frames: list[int]) -> float:
@@ -173,8 +181,8 @@ def _frame_scene(ax: "Axes", camera: Camera, *points: list[Array]) -> None:
     ax.set_ylim(middle[1] - half[1], middle[1] + half[1])
 
 
-def _label_times(ax: "Axes", camera: Camera, bodies: list[Body], times: Array) -> None:
-    """Times beyond the last node of the longest body, pushed apart where they would overlap."""
+def _label_frames(ax: "Axes", camera: Camera, bodies: list[Body], names: list[str]) -> None:
+    """Names of the frames beyond the end of the longest body, pushed apart where they overlap."""
     line = max(bodies, key=extent).position[:, [0, -1]]
     ends = camera.project(line)[:, :, :2]
     away = ends[:, 1] - ends[:, 0]
@@ -186,12 +194,12 @@ def _label_times(ax: "Axes", camera: Camera, bodies: list[Body], times: Array) -
     for below, above in pairwise(order):
         if abs(places[above, 0] - places[below, 0]) < 4.0 * height:
             places[above, 1] = max(places[above, 1], places[below, 1] + height)
-    for (x, y), (right, _), time in zip(places, away, times, strict=True):
+    for (x, y), (right, _), name in zip(places, away, names, strict=True):
         side = "left" if right > 0.3 else "right" if right < -0.3 else "center"
-        ax.text(x, y, f"{time:.3g} s", color=INK, fontsize=12, ha=side, va="center")
+        ax.text(x, y, name, color=INK, fontsize=12, ha=side, va="center")
 
 
-def _scale_bar(ax: "Axes", factor: float, times: Array) -> None:
+def _scale_bar(ax: "Axes", factor: float, frames: str) -> None:
     """A round length, true for what is parallel to the picture; what is shown, and when."""
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     length = _round_down(0.2 * (right - left))
@@ -199,7 +207,7 @@ def _scale_bar(ax: "Axes", factor: float, times: Array) -> None:
     x, y = left + 0.01 * (right - left), bottom + 0.02 * (top - bottom)
     ax.plot([x, x + length], [y, y], color=INK, lw=2.0, solid_capstyle="butt")
     note = "to scale" if factor == 1.0 else f"displacements {factor:g} times enlarged"
-    note += "    at " + ", ".join(f"{time:.3g}" for time in times) + " s"
+    note += f"    {frames}"
     ax.annotate(
         f"{prefix * length:g} {unit}    {note}",
         (x, y),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.clocks import clock_of
 from coupling.reading import Results
 from coupling.turning import Drive, chord_angle, departure, find_drive, outermost_probe
 
@@ -17,6 +18,7 @@ Array = NDArray[np.float64]
 MOST_BODIES = 3
 MOST_PROBES = 3
 PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
+UNSEEN = 1e-3  # of the largest displacement of a probe: components that are not drawn on a path
 TRAJECTORY_COLORS = ("#0072B2", "#D55E00", "#009E73")
 
 
@@ -73,7 +75,7 @@ def draw_temperature(results: Results, figure: "Figure") -> None:
         right.set_title(f"{body}: transverse gradient")
         left.set_ylabel("along the body [m]")
     for ax in axes[-1]:
-        ax.set_xlabel("time [s]")
+        ax.set_xlabel(clock_of(results).label)
 
 
 def _map(ax: "Axes", time: Array, along: Array, values: Array, colors: str, unit: str) -> None:
@@ -125,7 +127,7 @@ def draw_motion(results: Results, figure: "Figure") -> None:
         ax.set_title(f"{probe}: displacement")
     if drive:
         _draw_turn(results, axes[-3:], drive)
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel(clock_of(results).label)
     figure.align_ylabels(axes)
 
 
@@ -160,6 +162,23 @@ def _components(ax: "Axes", time: Array, values: Array, labels: tuple[str, ...])
 
 def _legend_beside(ax: "Axes") -> None:
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), handlelength=1.4)
+
+
+def draw_path(results: Results, figure: "Figure") -> None:
+    """Load factor against the displacement of the probes, from equilibrium to equilibrium."""
+    probes = moving_probes(results)
+    heading(results, figure, "path of equilibria")
+    axes = figure.subplots(1, len(probes), sharey=True, squeeze=False)[0]
+    for ax, probe in zip(axes, probes, strict=True):
+        table = results.table(f"probes/{probe}")
+        moved = table["position"] - table["position"][0]
+        factor, unit = scaled(moved, "m")
+        for column, label, color in zip(moved.T, "xyz", TRAJECTORY_COLORS, strict=True):
+            if np.abs(column).max() > UNSEEN * np.abs(moved).max():
+                ax.plot(factor * column, table["time"], ".-", label=label, color=color, ms=4)
+        ax.set_xlabel(f"displacement of {probe} [{unit}]")
+        ax.legend(loc="best", handlelength=1.4)
+    axes[0].set_ylabel(clock_of(results).label)
 
 
 # --------------------------------------------------------------------------------- energy
@@ -203,7 +222,7 @@ def draw_energy(results: Results, figure: "Figure") -> None:
         (_plot_defects if name == DEFECTS else _plot_terms)(ax, time, values)
         ax.set_title(name)
         _legend_beside(ax)
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel(clock_of(results).label)
     figure.align_ylabels(axes)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from coupling import contact_pictures, pictures
+from coupling.clocks import analysis_of
 from coupling.overview import draw_overview
 from coupling.reading import BadResults, Results
 
@@ -77,10 +78,13 @@ def _pictures(results: Results) -> Iterator[Picture]:
     """The pictures that the recorded data allow."""
     if _rows(results, "frames/time"):
         yield Picture("overview", draw_overview, (12.8, 7.2))
-    bodies = pictures.heated_bodies(results)
-    if _rows(results, "frames/time") > 1 and bodies:
+    bodies, kind = pictures.heated_bodies(results), analysis_of(results)
+    if _runs_forward(results) and bodies and kind != "modes":
         yield Picture("temperature", pictures.draw_temperature, (11.0, 1.2 + 3.6 * len(bodies)))
-    if _rows(results, "windows/time") > 1 and pictures.moving_probes(results):
+    probes = pictures.moving_probes(results)
+    if kind == "statics" and probes:
+        yield Picture("path", pictures.draw_path, (1.5 + 5.0 * len(probes), 5.5))
+    if kind == "dynamics" and _rows(results, "windows/time") > 1 and probes:
         rows = pictures.motion_rows(results)
         yield Picture("motion", pictures.draw_motion, (9.0, 1.2 + 2.2 * rows))
     yield from _joint_pictures(results)
@@ -89,6 +93,12 @@ def _pictures(results: Results) -> Iterator[Picture]:
         yield Picture("energy", pictures.draw_energy, (10.0, 1.0 + 2.6 * rows))
     if _rows(results, "windows/time") > 1 and "windows/step_min" in results:
         yield Picture("steps", pictures.draw_steps, (9.0, 6.5))
+
+
+def _runs_forward(results: Results) -> bool:
+    """Whether there are frames, each later than the one before; a path may turn back."""
+    times = results["frames/time"] if "frames/time" in results else np.zeros(0)
+    return len(times) > 1 and bool(np.all(np.diff(times) > 0.0))
 
 
 def _joint_pictures(results: Results) -> Iterator[Picture]:

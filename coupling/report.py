@@ -8,25 +8,28 @@ from typing import Any
 from rich.console import Console
 
 from coupling.errors import BadCase, Problem, unknown
-from coupling.reports.registry import OF_A_CASE, REPORTS, Picture, Result, load
+from coupling.reports.registry import OF_A_CASE, OF_MANY_SIZES, REPORTS, Picture, Result, load
 
 RING = "ring_truss"
 
 
-def report(what: str, name: str | None, folder: Path, out: Console) -> list[Path]:
+def report(
+    what: str, name: str | None, folder: Path, out: Console, large: bool = False
+) -> list[Path]:
     """Make the reports of a case, or of the ring truss; the files that were written.
 
     Parameters
     ----------
     what : "ring_truss", or a case
     name : one of ``REPORTS``; None: all that there are for it
+    large : sizes that take minutes too
 
     Raises
     ------
     BadCase : the case is faulty, or there is no such report
     """
     files: list[Path] = []
-    for result in _results(what, _chosen(what, name)):
+    for result in _results(what, _chosen(what, name), large):
         _show(out, result)
         files += _written(folder, result)
     return files
@@ -44,11 +47,11 @@ def _chosen(what: str, name: str | None) -> Sequence[str]:
     return (name,)
 
 
-def _results(what: str, names: Sequence[str]) -> Iterator[Result]:
+def _results(what: str, names: Sequence[str], large: bool) -> Iterator[Result]:
     system = None
     for name in names:
         if name not in OF_A_CASE:
-            yield from load(name)()
+            yield from load(name)(*([large] if name in OF_MANY_SIZES else []))
             continue
         system = system or _system(what)
         yield from load(name)(*system)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from coupling import clocks
 from coupling.cli import app
 from coupling.reading import Results
 
@@ -109,3 +110,80 @@ def test_other_heat_is_refused(tmp_path):
     result = CliRunner().invoke(app, ["run", str(tmp_path)])
     assert result.exit_code == 2
     assert "thermal.solver: statics and modes take temperatures that are given" in result.output
+
+
+ARCH = (
+    CASE.split("[body.bar]")[0]
+    + """
+[body.arch]
+kind = "beam"
+start = [-0.5, 0.0, 0.0]
+arc = { center = [0.0, 0.0, -2.0], axis = [0, 1, 0], angle = "28 deg" }
+elements = 8
+section = "bar"
+material = "m"
+[joint.left]
+kind = "clamp"
+a = { body = "arch", at = "start" }
+[joint.right]
+kind = "clamp"
+a = { body = "arch", at = "end" }
+[probe.top]
+body = "arch"
+at = 0.5
+[load.push]
+kind = "force"
+at = { body = "arch", at = 0.5 }
+direction = [0, 0, -1]
+amplitude = { ramp = { end = 10, from = 0, to = 40000 } }
+[output]
+export = ["vtk", "pictures"]
+"""
+)
+
+
+def names(folder):
+    return sorted(file.stem for file in (folder / "pictures").iterdir())
+
+
+def header(folder):
+    return (folder / "probes.csv").read_text().splitlines()[0]
+
+
+def test_a_path_through_limit_points_is_kept_in_its_order(tmp_path):
+    output, results = ran(tmp_path, ARCH + '[analysis]\nkind = "statics"\narc_length = true\n')
+    assert "limit point at load factor" in output
+    with results:
+        load, top = results["probes/top/time"], results["probes/top/position"][:, 2]
+        strain = results["ledger/strain"]
+        assert results.column("probes/top/time").description == "load factor"
+    assert (np.diff(load) < 0.0).any() and (np.diff(top) < 0.0).all()
+    assert len(strain) == len(load) and strain[0] < 1e-12 * strain[-1]
+    folder = tmp_path / "results" / "001"
+    assert names(folder) == ["energy", "overview", "path"]
+    assert header(folder).startswith("load factor [-],top.x [m]")
+    rows = np.genfromtxt(folder / "probes.csv", delimiter=",", skip_header=1)
+    assert np.array_equal(rows[:, 0], load)
+
+
+def test_modes_are_drawn_by_their_frequency(tmp_path):
+    text = CASE + '[analysis]\nkind = "modes"\ncount = 2\n[output]\nexport = ["pictures"]\n'
+    _, results = ran(tmp_path, text)
+    with results:
+        assert clocks.named(results, [0, 1]) == ["equilibrium", "mode 1"]
+        said = clocks.said(results, [0, 1])
+        frequency = results["modes/frequency"][0]
+    assert said == f"equilibrium, mode 1: {frequency:.4g} Hz"
+    folder = tmp_path / "results" / "001"
+    assert names(folder) == ["overview"]
+    assert header(folder).startswith("mode [-],tip.x [m]")
+
+
+def test_what_a_stopped_analysis_has_is_readable(tmp_path):
+    text = CASE + PUSH.replace("to = 230", "to = 1e14") + '[analysis]\nkind = "statics"\n'
+    output, results = ran(tmp_path, text, code=3)
+    with results:
+        assert results.attributes()["outcome"] == "stopped"
+        assert results.attributes()["reason"] in output
+        assert results["frames/time"][0] == 0.0
+    assert CliRunner().invoke(app, ["plot", str(tmp_path)]).exit_code == 0

@@ -18,6 +18,10 @@ OF_A_CASE = ("work", "newton")
 """Those of them that take any case; the others have their own models."""
 
 
+OF_MANY_SIZES = ("levels",)
+"""Those that take whether large sizes are wanted too."""
+
+
 class Curve(NamedTuple):
     """A line of a log-log picture: label, x, y."""
 
