@@ -48,7 +48,7 @@ class Solver(NamedTuple):
 
     def factorise(self, data: Array) -> Solve | None:
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
-        data = np.ascontiguousarray(data, float)
+        data = np.array(data, float)
         if not np.isfinite(data).all():
             return None
         work = np.zeros(self.work_size)
@@ -80,7 +80,7 @@ def _by_library(library: libraries.Library, data: Array) -> Solve | None:
 def choose(
     pattern: Pattern,
     node_of: Indices,
-    symmetric: bool,
+    symmetric: bool | None,
     prefer: str | None = None,
     rank: Indices | None = None,
 ) -> Solver:
@@ -89,7 +89,8 @@ def choose(
     Parameters
     ----------
     node_of : (n + m,) int  block of each unknown: its node, or its joint
-    symmetric : whether matrices are symmetric
+    symmetric : whether matrices are symmetric; None: nearly so, and blocks may take their
+        symmetric part instead, with half the numbers, as Newton's method needs no exact matrix
     prefer : "dense", "blocks", or a library of ``libraries.MAKERS``; None or "auto": by size
     rank : (n + m,) int  0 for coordinates with a mass, more for others; by default guessed:
         multipliers come last and do not know one another, and a coordinate that is alone in its
@@ -102,7 +103,7 @@ def choose(
     if prefer == "blocks":
         massive = _guessed(pattern, node_of) if rank is None else np.asarray(rank) == 0
         return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, massive)
-    return _outside(partial(libraries.find, str(prefer), pattern, symmetric), pattern)
+    return _outside(partial(libraries.find, str(prefer), pattern, bool(symmetric)), pattern)
 
 
 def _guessed(pattern: Pattern, node_of: Indices) -> NDArray[np.bool_]:
@@ -174,24 +175,43 @@ def solve_dense(ints, work, b):
 
 # -- blocks, and libraries behind them -------------------------------------------------------------
 
-UNKNOWNS, ENTRIES, SYMMETRIC, STARTS = 4, 5, 6, 7
+UNKNOWNS, ENTRIES, SYMMETRIC, PAIRS, STARTS = 4, 5, 6, 7, 8
 """A guarded solver begins with the addresses of its own factor and solve and of those of a
-library; then come sizes and arrays of the pattern, and the data of its own."""
+library; then come sizes and arrays of the pattern, pairs of entries across the diagonal of which
+the mean is taken, and the data of its own."""
 EXACT = 1e-7
 """Largest error of an equation, relative to its terms, that a factorisation may leave [-]."""
 
 
 def _blocks(
-    pattern: Pattern, node_of: Indices, symmetric: bool, massive: NDArray[np.bool_]
+    pattern: Pattern, node_of: Indices, given: bool | None, massive: NDArray[np.bool_]
 ) -> Solver:
+    symmetric = given is not False
+    pairs = np.zeros(0, np.int64) if given is not None else _pairs(pattern)
     parts = blocks.arrange(pattern, node_of, blocks.ranks(pattern, massive))
     inner, size = blocks.lay_out(pattern, parts, symmetric)
     make = partial(libraries.find, "superlu", pattern, symmetric)
     addresses = *block_kernels.kernels(symmetric), *_addresses(make(), pattern)
-    head = [*addresses, pattern.size, len(pattern.indices), int(symmetric)]
-    ints = np.concatenate([head, pattern.indptr, pattern.indices, inner]).astype(np.int64)
+    head = [*addresses, pattern.size, len(pattern.indices), int(symmetric), len(pairs)]
+    ints = np.concatenate([head, pattern.indptr, pattern.indices, pairs, inner]).astype(np.int64)
     factor, solve = kernel(FACTOR)(factor_guarded), kernel(SOLVE)(solve_guarded)
     return Solver("blocks", ints, 1 + pattern.size + size, factor, solve, make)
+
+
+def _pairs(pattern: Pattern) -> Indices:
+    """Entries (i, j), 32 bits to the left, and (j, i) above the diagonal."""
+    column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
+    across = np.lexsort((column, pattern.indices))
+    upper = np.flatnonzero(pattern.indices < column)
+    return (upper << 32) | across[upper]
+
+
+@njit(cache=True, error_model="numpy")
+def _even_out(pairs, data):
+    """Take the symmetric part of a matrix."""
+    for i in range(len(pairs)):
+        a, b = pairs[i] >> 32, pairs[i] & 0xFFFFFFFF
+        data[a] = data[b] = 0.5 * (data[a] + data[b])
 
 
 @njit(cache=True, error_model="numpy")
@@ -227,7 +247,9 @@ def factor_guarded(ints, data, work):
     """Own factorisation; if it fails or is inexact, that of a library."""
     n, work[0] = ints[UNKNOWNS], 1.0
     indices = STARTS + n + 1
-    inner = indices + ints[ENTRIES]
+    pairs = indices + ints[ENTRIES]
+    inner = pairs + ints[PAIRS]
+    _even_out(ints[pairs:inner], data)
     own, factors, x = ints[inner:], work[1 + n :], work[1 : 1 + n]
     if factor_at(ints[0])(own, data, factors) == 0:
         for i in range(n):
@@ -235,7 +257,7 @@ def factor_guarded(ints, data, work):
         b = x.copy()
         solve_at(ints[1])(own, factors, x)
         if (
-            _error(ints[SYMMETRIC] > 0, ints[STARTS:indices], ints[indices:inner], data, x, b)
+            _error(ints[SYMMETRIC] > 0, ints[STARTS:indices], ints[indices:pairs], data, x, b)
             <= EXACT
         ):
             work[0] = 0.0
@@ -247,7 +269,7 @@ def solve_guarded(ints, work, b):
     """Solution with the factors of ``factor_guarded``."""
     n = ints[UNKNOWNS]
     if work[0] == 0.0:
-        own = STARTS + n + 1 + ints[ENTRIES]
+        own = STARTS + n + 1 + ints[ENTRIES] + ints[PAIRS]
         solve_at(ints[1])(ints[own:], work[1 + n :], b)
     else:
         outside_at(ints[3])(np.int64(b.ctypes.data))

@@ -97,6 +97,11 @@ PROJECTIONS = 4
 """Corrections of the positions of a projected step, at most."""
 ENOUGH = 2
 """Corrections that a step takes with an exact Jacobian; more are held against it [-]."""
+TRUST = 16
+"""Steps of one size in which a measured contraction of the corrections is relied upon, at most, and
+no more than had been taken with the same factors before [-]."""
+CAUTION = 4.0
+"""By how much the contraction may have grown since [-]."""
 
 
 # no wrappers for Python: they take long to compile
@@ -107,11 +112,12 @@ _inner = njit(cache=True, error_model="numpy", **_OPTIONS)
 class Program(NamedTuple):
     """A system as arrays.
 
-    sizes : (4,) int  coordinates n, multipliers m, contacts n_j; 1 where stored energies are
-        functions of time, otherwise 0
+    sizes : (5,) int  coordinates n, multipliers m, contacts n_j; 1 where stored energies are
+        functions of time, otherwise 0; coordinates for which a number of M stands, 3 or 1
     terms : (n_t, 11) int;  kernels : (n_t, 4) int  addresses
     ints, slots : data of all terms, one after the other
-    mass_rows, mass_columns : (n + 1,), (n_m,) int  compressed rows of M
+    mass_rows, mass_columns : (n_r + 1,), (n_m,) int  compressed rows of M: one for each vector
+        of three coordinates, or for each coordinate; the first column of an entry
     driven : (k,) int  rows of Phi that depend on time
     signals : (k,) int  coefficients that are functions of time;  signal : (1,) int  their address
     contact_at : (n_j,) int  first coefficient of each contact
@@ -228,11 +234,20 @@ class Memory(NamedTuple):
 (Y, V, A, FORCE0, BEFORE, APPROACH0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
  ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_, FORCE1, Q_HAT,
  V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, RESPONSE, SPLIT, SCRATCH,
- OTHER, THIRD, RATES, STEP, JACOBIAN, TOUCHING, LOOK, STACK) = range(46)  # fmt: skip
+ OTHER, THIRD, RATES, STEP, JACOBIAN, TOUCHING, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(
+    49
+)  # fmt: skip
 """Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
 (names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``STEP``: time,
-B, G. ``JACOBIAN``: step size of the factors (0: none), corrections wasted since. ``LOOK``: two
-balances, see ``_look``."""
+B, G, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see ``_look``. ``EARLIER``:
+accelerations and multipliers one step before; ``TREND``: how they go on, see ``_begin``.
+``MOMENTUM``: M a at the beginning of the step."""
+
+MADE_FOR, WASTED, CONTRACTION, AGE, MEASURED, MEASURED_FOR = range(6)
+JACOBIANS = 6
+"""What is known of the factors: step size they were made for (0: there are none), corrections
+wasted since, contraction as last measured, steps taken with them, steps until it was measured (0:
+not yet), size of that step."""
 
 
 _lines = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
@@ -276,7 +291,7 @@ def memory(
             some * TERMS]  # fmt: skip
     tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, factors]
     tried += [window.c0.size] * 3 + [program.signals.size, joints * COLUMNS, joints * 6]
-    tried += [y, y, y, 3 * m, 4, 2, joints, 2 * looks, 64 * 9]
+    tried += [y, y, y, 3 * m, 4, JACOBIANS, joints, 2 * looks, 64 * 9, y, 3, n]
     sizes = [part.size for part in given] + rows + tried
     ends = np.cumsum(sizes)
     reals = np.zeros(ends[-1])
@@ -295,6 +310,13 @@ def field(store: Memory, name: int, *shape: int) -> Array:
 def _real(store, k):
     """A field of real numbers."""
     return part(store.reals, store.places[k, 0], store.places[k, 1])
+
+
+@_inner
+def _copy(source, target):
+    """Copy a line; an assignment to a slice takes long to compile."""
+    for i in range(source.size):
+        target[i] = source[i]
 
 
 @_inner
@@ -386,14 +408,24 @@ def respond(p, y, v, coef, response, split):
 
 @njit(cache=True, error_model="numpy")
 def inertia(p, a, out):
-    """out (n,) = M a."""
+    """out (n,) = M a; a number of M stands for the x, y and z of two vectors where it can."""
     rows, columns = _whole(p, P_MASS_ROWS), _whole(p, P_MASS_COLUMNS)
-    mass = _real(p, P_MASS)
-    for i in range(out.size):
-        total = 0.0
-        for k in range(rows[i], rows[i + 1]):
-            total += mass[k] * a[columns[k]]
-        out[i] = total
+    mass, spatial = _real(p, P_MASS), p.ints[4] == 3
+    for i in range(rows.size - 1):
+        x, y, z = 0.0, 0.0, 0.0
+        for entry in range(rows[i], rows[i + 1]):
+            k = np.uint64(entry)
+            at, m = np.uint64(columns[k]), mass[k]
+            x += m * a[at]
+            if spatial:
+                y += m * a[at + np.uint64(1)]
+                z += m * a[at + np.uint64(2)]
+        if spatial:
+            out[3 * i], out[3 * i + 1], out[3 * i + 2] = x, y, z
+        else:
+            out[i] = x
+    for i in range(p.ints[4] * (rows.size - 1), out.size):
+        out[i] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -425,7 +457,7 @@ def instant(y, v, n):
 def _violation(p, w, eps, curved, phi):
     """Overwrite ``phi`` (m,) with Phi at t + eps along the motion of the trial."""
     y, v, a = _real(w, Y1_), _real(w, V1_), _real(w, A1_)
-    moved, out, coef = _real(w, OTHER), _real(w, SCRATCH), _real(w, ACTING)
+    moved, out, coef = _real(w, OTHER), _real(w, SCRATCH), _acting(p, w)
     n = a.size
     for i in range(n):
         moved[i] = y[i] + eps * v[i] + curved * 0.5 * eps * eps * a[i]
@@ -457,13 +489,17 @@ def _solve(p, w):
 def _coefficients(p, w, t):
     """Coefficients at time ``t``, linear inside the window."""
     coef, c0, c1, span = _real(w, COEF), _real(w, C0), _real(w, C1), _real(w, SPAN)
-    if c1.size == 0:
-        coef[:] = c0
-    else:
+    if c1.size:
         s = (t - span[0]) / span[2]
         for i in range(c0.size):
             coef[i] = c0[i] + s * (c1[i] - c0[i])
     write_signals(p, t, _real(w, VALUES), coef)
+
+
+@_inner
+def _acting(p, w):
+    """The coefficients with which a step is tried."""
+    return _real(w, ACTING) if p.ints[2] else _real(w, COEF)
 
 
 @_inner
@@ -474,7 +510,9 @@ def _let_act(p, w):
     """
     coef, acting, at = _real(w, COEF), _real(w, ACTING), _whole(p, P_CONTACT_AT)
     approach = _real(w, APPROACH0)
-    acting[:] = coef
+    if at.size == 0:
+        return
+    _copy(coef, acting)
     for j in range(at.size):
         acting[at[j] + APPROACH] = coef[at[j] + APPROACH] = approach[j]
         if approach[j] == 0.0:
@@ -520,12 +558,44 @@ def _place(w):
 
 
 @_inner
-def _begin(w):
-    """The trial with the accelerations and multipliers of the step before."""
-    a, y = _real(w, A1_), _real(w, Y1_)
-    a[:] = _real(w, A)
-    y[a.size :] = _real(w, Y)[a.size :]
+def _begin(w, h):
+    """The trial, with accelerations and multipliers that go on as they did, as far as that helped.
+
+    The part of the last change that is added is what would have been best a step before.
+    """
+    a1, y1, a, y = _real(w, A1_), _real(w, Y1_), _real(w, A), _real(w, Y)
+    earlier, trend, n = _real(w, EARLIER), _real(w, TREND), a1.size
+    ahead = trend[0] * h / trend[1] if trend[1] > 0.0 else 0.0
+    if ahead == 0.0:
+        for i in range(n):
+            a1[i] = a[i]
+        for i in range(n, y.size):
+            y1[i] = y[i]
+    else:
+        for i in range(n):
+            a1[i] = a[i] + ahead * (a[i] - earlier[i])
+        for i in range(n, y.size):
+            y1[i] = y[i] + ahead * (y[i] - earlier[i])
     _place(w)
+
+
+@_inner
+def _note_trend(w, h):
+    """How well the change of the accelerations in the last step told that in this one."""
+    a0, a1, y0 = _real(w, A), _real(w, A1_), _real(w, Y)
+    earlier, trend, n, both, square = _real(w, EARLIER), _real(w, TREND), _real(w, A).size, 0.0, 0.0
+    if trend[1] > 0.0:
+        for i in range(n):
+            change = a0[i] - earlier[i]
+            both += change * (a1[i] - a0[i])
+            square += change * change
+        part = both / square * trend[1] / h if square > 0.0 else 0.0
+        trend[0] = min(max(part, 0.0), 1.0)
+    for i in range(n):
+        earlier[i] = a0[i]
+    for i in range(n, y0.size):
+        earlier[i] = y0[i]
+    trend[1] = h
 
 
 @_inner
@@ -535,19 +605,20 @@ def _jacobian(p, w, h):
         _real(w, SETTINGS), _real(w, STEP), _real(w, DATA), _real(w, JACOBIAN)
     )  # fmt: skip
     weight = 1.0 - s[ALPHA_F]
-    _begin(w)
+    _begin(w, h)
     matrix(
-        p, _real(w, Y1_), _real(w, V1_), _real(w, ACTING), 1.0 - s[ALPHA_M], weight * step[1],
+        p, _real(w, Y1_), _real(w, V1_), _acting(p, w), 1.0 - s[ALPHA_M], weight * step[1],
         weight * step[2], data,
     )  # fmt: skip
     total = 0.0
     for i in range(data.size - 1):
         total += data[i]
-    jacobian[:] = 0.0
+    for k in range(JACOBIANS):
+        jacobian[k] = 0.0
     w.whole[5] += 1
     if not np.isfinite(total) or _factorise(p, w) != 0:
         return False
-    jacobian[0] = h
+    jacobian[MADE_FOR] = h
     touching, approach = _real(w, TOUCHING), _real(w, APPROACH0)
     for j in range(touching.size):
         touching[j] = approach[j] != 0.0
@@ -561,9 +632,9 @@ def _serves(p, w, h):
     Not where the corrections that an exact one would have saved have cost as much as it costs.
     """
     jacobian, touching, approach = _real(w, JACOBIAN), _real(w, TOUCHING), _real(w, APPROACH0)
-    if jacobian[0] == 0.0 or abs(h / jacobian[0] - 1.0) > FROZEN:
+    if jacobian[MADE_FOR] == 0.0 or abs(h / jacobian[MADE_FOR] - 1.0) > FROZEN:
         return False
-    if jacobian[1] > _whole(p, P_SOLVER)[2]:
+    if jacobian[WASTED] > _whole(p, P_SOLVER)[2]:
         return False
     same = True
     for j in range(touching.size):
@@ -583,7 +654,7 @@ def _decay(p, w, total, h):
     eps = instant(_real(w, Y1_), _real(w, V1_), n)
     for k in range(3):
         _violation(p, w, (k - 1) * eps, 1.0, rates[k])
-    write_signals(p, step[0], _real(w, VALUES), _real(w, ACTING))
+    write_signals(p, step[0], _real(w, VALUES), _acting(p, w))
     rate = s[RATE] if s[RATE] > 0.0 else 2.0 / h
     scale = step[1] / (1.0 + 2.0 * rate * step[2] + rate * rate * step[1])
     for i in range(m):
@@ -601,27 +672,36 @@ def _velocity_rows(p, w, total):
     eps = instant(_real(w, Y1_), _real(w, V1_), n)
     for k in range(2):
         _violation(p, w, (2 * k - 1) * eps, 0.0, rates[k])
-    write_signals(p, step[0], _real(w, VALUES), _real(w, ACTING))
+    write_signals(p, step[0], _real(w, VALUES), _acting(p, w))
     for i in range(m):
         total[n + i] = step[1] / step[2] * (rates[1, i] - rates[0, i]) / (2.0 * eps)
+
+
+@_inner
+def _mean_inertia(p, w):
+    """Overwrite ``INERTIA`` with M ((1 - alpha_m) a1 + alpha_m a0)."""
+    s, a1, momentum, inertial = (
+        _real(w, SETTINGS), _real(w, A1_), _real(w, MOMENTUM), _real(w, INERTIA)
+    )  # fmt: skip
+    inertia(p, a1, inertial)
+    if s[ALPHA_M] != 0.0:
+        for i in range(a1.size):
+            inertial[i] = (1.0 - s[ALPHA_M]) * inertial[i] + s[ALPHA_M] * momentum[i]
 
 
 @_inner
 def _residual(p, w, h):
     """Forces and rows of the trial, and right-hand side of its correction."""
     s, step, total, x = _real(w, SETTINGS), _real(w, STEP), _real(w, TOTAL), _real(w, X)
-    a1, a, force, mean = _real(w, A1_), _real(w, A), _real(w, FORCE0), _real(w, THIRD)
-    n, B, weight = a.size, step[1], 1.0 - s[ALPHA_F]
+    a1, force, inertial = _real(w, A1_), _real(w, FORCE0), _real(w, INERTIA)
+    n, B, weight = a1.size, step[1], 1.0 - s[ALPHA_F]
     total[:] = 0.0
-    forces(p, _real(w, Y1_), _real(w, V1_), _real(w, ACTING), -1, total)
+    forces(p, _real(w, Y1_), _real(w, V1_), _acting(p, w), -1, total)
     if s[FORM] == BAUMGARTE:
         _decay(p, w, total, h)
     elif s[FORM] == PROJECTED:
         _velocity_rows(p, w, total)
-    for i in range(n):
-        mean[i] = (1.0 - s[ALPHA_M]) * a1[i] + s[ALPHA_M] * a[i]
-    inertial = _real(w, INERTIA)
-    inertia(p, mean, inertial)
+    _mean_inertia(p, w)
     for i in range(n):
         x[i] = -B * (inertial[i] + weight * total[i] + s[ALPHA_F] * force[i])
     for i in range(n, total.size):
@@ -629,25 +709,70 @@ def _residual(p, w, h):
 
 
 @_inner
+def _trusted(w, h):
+    """The contraction of corrections with the factors there are; infinite if it is not known.
+
+    It grows with the age of the factors, from nothing when they are new.
+    """
+    jacobian = _real(w, JACOBIAN)
+    since = jacobian[AGE] - jacobian[MEASURED]
+    if (
+        not 0 < since <= min(TRUST, jacobian[MEASURED])
+        or abs(h / jacobian[MEASURED_FOR] - 1.0) > 1e-6
+    ):
+        return np.inf
+    return CAUTION * jacobian[CONTRACTION]
+
+
+@_inner
+def _correct(w):
+    """Add the correction to the trial: accelerations, multipliers, coordinates, velocities."""
+    s, step, y1, v1, a1 = (
+        _real(w, SETTINGS), _real(w, STEP), _real(w, Y1_), _real(w, V1_), _real(w, A1_)
+    )  # fmt: skip
+    q_hat, v_hat, x, B, G = _real(w, Q_HAT), _real(w, V_HAT), _real(w, X), step[1], step[2]
+    for i in range(a1.size):
+        a1[i] += x[i] / B
+        y1[i] = q_hat[i] + B * a1[i]
+        v1[i] = v_hat[i] + G * a1[i]
+    for i in range(a1.size, x.size):
+        y1[i] += x[i] / ((1.0 - s[ALPHA_F]) * B)
+
+
+@_inner
+def _in_balance(p, w):
+    """Forces of the trial as its accelerations say: the real ones but for what Newton left."""
+    s, force, force0, inertial = (
+        _real(w, SETTINGS), _real(w, FORCE1), _real(w, FORCE0), _real(w, INERTIA)
+    )  # fmt: skip
+    _mean_inertia(p, w)
+    for i in range(force.size):
+        force[i] = -(inertial[i] + s[ALPHA_F] * force0[i]) / (1.0 - s[ALPHA_F])
+
+
+@_inner
 def _newton(p, w, h):
     """Correct until the estimated remaining correction is below the tolerance.
 
+    A step takes the contraction of its corrections from earlier ones of the same size with the
+    same factors, except every ``TRUST``-th, which measures it.
     Returns the reason (DONE: converged), the number of corrections, the worst unknown.
     """
-    s, step, scale = _real(w, SETTINGS), _real(w, STEP), _real(p, P_SCALE)
-    y0, y1, a1, x = _real(w, Y), _real(w, Y1_), _real(w, A1_), _real(w, X)
-    n, B, weight = a1.size, step[1], 1.0 - s[ALPHA_F]
-    _begin(w)
-    floor = 0.0
+    s, B, scale, jacobian = (
+        _real(w, SETTINGS),
+        _real(w, STEP)[1],
+        _real(p, P_SCALE),
+        _real(w, JACOBIAN),
+    )
+    y0, a1, x, trusted = _real(w, Y), _real(w, A1_), _real(w, X), _trusted(w, h)
+    n, floor = a1.size, 0.0
+    _begin(w, h)
     for i in range(n):
         floor = max(floor, abs(y0[i]) / scale[i])
     floor *= ROUND_OFF
-    before, contraction, worst, tolerance, settled = np.inf, 0.0, 0, s[NEWTON], False
-    for count in range(int(s[ITERATIONS]) + 1):
+    before, contraction, worst = np.inf, trusted, 0
+    for count in range(1, int(s[ITERATIONS]) + 2):
         _residual(p, w, h)
-        if settled or (count and contraction * before <= tolerance):
-            _real(w, FORCE1)[:] = _real(w, TOTAL)[:n]
-            return DONE, count, worst
         _solve(p, w)
         size, moved = 0.0, 0.0
         for i in range(n):
@@ -655,18 +780,27 @@ def _newton(p, w, h):
             if not one <= size:
                 size, worst = one, i
             moved = max(moved, abs(a1[i]) / scale[i])
-        contraction = size / before if count else 1.0
-        if not np.isfinite(size):
-            return INFINITE, count + 1, _first_infinite(_real(w, TOTAL), worst)
-        if count and contraction > REFRESH and size > max(tolerance, STALLED * floor):
-            return UNCONVERGED, count + 1, worst
-        settled = count > 0 and contraction > REFRESH
         tolerance = max(floor, min(s[NEWTON], ACCELERATION * B * moved))
-        for i in range(n):
-            a1[i] += x[i] / B
-        for i in range(n, x.size):
-            y1[i] += x[i] / (weight * B)
-        _place(w)
+        if not np.isfinite(size):
+            return INFINITE, count, _first_infinite(_real(w, TOTAL), worst)
+        if count > 1:
+            contraction = size / before
+            if contraction > REFRESH and size > max(tolerance, STALLED * floor):
+                return UNCONVERGED, count, worst
+            if count == 2 or contraction > jacobian[CONTRACTION]:
+                jacobian[CONTRACTION] = contraction
+            jacobian[MEASURED], jacobian[MEASURED_FOR] = jacobian[AGE], h
+        _correct(w)
+        done = size == 0.0 or contraction * size <= tolerance
+        if done or (count > 1 and contraction > REFRESH):
+            jacobian[AGE] += 1.0
+            if trusted < np.inf:
+                _in_balance(p, w)
+            else:
+                _residual(p, w, h)
+                for i in range(n):
+                    _real(w, FORCE1)[i] = _real(w, TOTAL)[i]
+            return DONE, count, worst
         before = size
     return UNCONVERGED, int(s[ITERATIONS]) + 1, worst
 
@@ -690,7 +824,7 @@ def _step(p, w, h):
         why, count, worst = _newton(p, w, h)
         spent += count
         if why == DONE or fresh:
-            _real(w, JACOBIAN)[1] += max(0, count - ENOUGH)
+            _real(w, JACOBIAN)[WASTED] += max(0, count - ENOUGH)
             return why, spent, worst
         fresh = True
 
@@ -703,7 +837,7 @@ def _project(p, w):
     order (stabilised index 2; Lunk & Simeon 2006; Jay & Negrut 2007).
     """
     y, x, total, n = _real(w, Y1_), _real(w, X), _real(w, TOTAL), _real(w, A1_).size
-    v, coef, scale = _real(w, V1_), _real(w, ACTING), _real(p, P_SCALE)
+    v, coef, scale = _real(w, V1_), _acting(p, w), _real(p, P_SCALE)
     for _ in range(PROJECTIONS):
         total[:] = 0.0
         forces(p, y, v, coef, CONSTRAINT, total)
@@ -970,7 +1104,7 @@ def _next_rung(p, w, response, error):
 def _look(p, w, y, v, coef, which):
     """Fill a balance: kinetic, strain, contact energy, powers lost and on free strains; forces of
     loads and of driven constraints; response and dissipative forces of the contacts."""
-    n, out, inertial = p.ints[0], _real(w, SCRATCH), _real(w, INERTIA)
+    n, out, inertial = p.ints[0], _real(w, SCRATCH), _real(w, THIRD)[: p.ints[0]]
     real, external, drive, response, split = _looked(p, w, which)
     inertia(p, v, inertial)
     real[0] = half_product(v, inertial)
@@ -1013,12 +1147,18 @@ def _contact_losses(p, w, old, new):
 
 
 @_inner
+def _changing(p, w):
+    """Whether energies depend on time by their coefficients."""
+    return _real(w, C1).size > 0 or p.ints[3] != 0
+
+
+@_inner
 def _heating(p, w, before, after):
     """Energy [J] that a change of coefficients brings, mean over both ends of a step.
 
     They change with temperature, or by functions of time such as the rope that a winch pays out.
     """
-    if _real(w, C1).size == 0 and p.ints[3] == 0:
+    if not _changing(p, w):
         return 0.0
     out = np.zeros(4)
     energies(p, _real(w, Y), _real(w, V), _real(w, COEF), out)
@@ -1041,26 +1181,23 @@ def _scheme_work(p, w, h):
     """
     s, y0, y1, v0, v1 = _real(w, SETTINGS), _real(w, Y), _real(w, Y1_), _real(w, V), _real(w, V1_)
     a0, a1, F0, F1 = _real(w, A), _real(w, A1_), _real(w, FORCE0), _real(w, FORCE1)
-    other, Ma, Mb, total = _real(w, OTHER), _real(w, INERTIA), _real(w, THIRD), 0.0
-    n = a0.size
+    M0, mean, total, n = _real(w, MOMENTUM), _real(w, INERTIA), 0.0, a0.size
     if s[KIND] != NEWMARK or s[FORM] == PROJECTED:
+        other, Ma = _real(w, OTHER), _real(w, THIRD)
         for i in range(n):
             other[i] = v1[i] - v0[i]
-        inertia(p, other, Ma)
+        inertia(p, other, Ma[:n])
         for i in range(n):
             total += 0.5 * ((v1[i] + v0[i]) * Ma[i] + (y1[i] - y0[i]) * (F0[i] + F1[i]))
         return total
-    inertia(p, a0, Mb[:n])
-    for i in range(n):  # M a1 by the forces
-        by_force = (1.0 - s[ALPHA_F]) * F1[i] + s[ALPHA_F] * F0[i]
-        made = -(by_force + s[ALPHA_M] * Mb[i]) / (1.0 - s[ALPHA_M])
-        total += 0.5 * (y1[i] - y0[i]) * (Mb[i] + made + F0[i] + F1[i])
-        other[i] = a1[i] - a0[i]
-    inertia(p, other, Ma)
     excess, drift = s[GAMMA] - 0.5, h * h * (s[BETA] - 0.5 * s[GAMMA])
     for i in range(n):
-        half = 0.5 * (a0[i] + a1[i]) + excess * other[i]
-        total += Ma[i] * (excess * (y1[i] - y0[i]) - drift * half)
+        by_force = (1.0 - s[ALPHA_F]) * F1[i] + s[ALPHA_F] * F0[i]
+        made = -(by_force + s[ALPHA_M] * M0[i]) / (1.0 - s[ALPHA_M])  # M a1 by the forces
+        more = (mean[i] - M0[i]) / (1.0 - s[ALPHA_M])  # M (a1 - a0)
+        dq = y1[i] - y0[i]
+        half = 0.5 * (a0[i] + a1[i]) + excess * (a1[i] - a0[i])
+        total += 0.5 * dq * (M0[i] + made + F0[i] + F1[i]) + more * (excess * dq - drift * half)
     return total
 
 
@@ -1107,8 +1244,13 @@ def take(p, w, h, old):
     _book(p, w, h, old, new)
     if before.size:
         before[: y.size], before[y.size :] = y, v
+    _note_trend(w, h)
     y[:], v[:], _real(w, A)[:] = _real(w, Y1_), _real(w, V1_), _real(w, A1_)
     _real(w, FORCE0)[:] = _real(w, FORCE1)
+    if _real(w, SETTINGS)[ALPHA_M] == 0.0:
+        _copy(_real(w, INERTIA), _real(w, MOMENTUM))
+    else:
+        inertia(p, _real(w, A), _real(w, MOMENTUM))
     clock[0], clock[1] = _real(w, STEP)[0], h
     response = _looked(p, w, new)[3]
     note_approach(_whole(p, P_CONTACT_AT), coef, response, _real(w, APPROACH0))
@@ -1156,10 +1298,12 @@ def _substep(p, w, old):
 def _enter(p, w):
     """Begin a window; a jump of coefficients or masses since the last one is work of heating."""
     coef, ledger, at = _real(w, COEF), _real(w, LEDGER), _whole(p, P_CONTACT_AT)
+    _copy(_real(w, C0), coef)
     _coefficients(p, w, _real(w, CLOCK)[0])
     for j in range(at.size):
         coef[at[j] + APPROACH] = _real(w, APPROACH0)[j]
     _look(p, w, _real(w, Y), _real(w, V), coef, 0)
+    inertia(p, _real(w, A), _real(w, MOMENTUM))
     now = _looked(p, w, 0)[0]
     for k in range(3):
         ledger[WORK_THERMAL] += now[k] - ledger[k]
@@ -1202,7 +1346,8 @@ def march(p, w):
     while clock[0] < end:
         if count == kept:
             return FULL, count, 0
-        _real(w, BEGUN)[:] = _real(w, COEF)
+        if _changing(p, w):
+            _copy(_real(w, COEF), _real(w, BEGUN))
         why, worst = _substep(p, w, old)
         if why != DONE and why != LATCHED:
             return why, count, worst

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, kron
 
 from mechanics import factor, march
 from mechanics.assembly import pattern
@@ -42,6 +42,8 @@ HOLDING = 1
 """Column of the coefficients of a latch that says whether it holds."""
 REFACTOR = {True: 3, False: 8}
 """What a tangent and its factorisation cost, in corrections: dense and sparse. Measured."""
+LARGE = 1000
+"""Unknowns above which half the factors are worth a Jacobian that is not exact [-]."""
 JOURNAL_SCALE = 1e3
 """Coordinates of a node in a clearance joint are measured in this many clearances [-]."""
 
@@ -90,8 +92,9 @@ class System:
         self.row_names, self.driven = _rows(self.n, self.m, holding)
         self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
         self.pattern, self._mass_slots, self._slots = _pattern(self)
-        symmetric = all(getattr(term, "symmetric", True) for term in self.terms)
-        self.solver = factor.choose(self.pattern, _blocks(self), symmetric, solver, _ranks(self))
+        self.solver = factor.choose(
+            self.pattern, _blocks(self), _symmetry(self), solver, _ranks(self)
+        )
         room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
         self.columns = [c.shape[1] for c in self.coefficients(room)]
         self._histories = _histories(self.terms, self.columns)
@@ -133,7 +136,7 @@ class System:
         mass = _mass(self.n, [*scaled, *self._inertia[count:]])
         data = self.pattern.zeros()
         np.add.at(data, self._mass_slots, mass.tocoo().data)
-        return march.pack(self.program._replace(mass=mass.data, mass_data=data))
+        return march.pack(self.program._replace(mass=_vectorwise(mass)[-1], mass_data=data))
 
     # -- forces, energies, matrices ------------------------------------------------------------
 
@@ -317,6 +320,20 @@ def _mass(n: int, parts: Sequence[tuple[Indices, Array]]) -> csr_array:
     return mass
 
 
+def _vectorwise(mass: csr_array) -> tuple[int, Indices, Indices, Array]:
+    """Coordinates for which a number stands, and starts of rows, first columns and numbers.
+
+    Bodies have vectors of three coordinates, and mass does not tell x, y and z apart.
+    """
+    coo = mass.tocoo()
+    n = 3 * (1 + int(coo.row.max(initial=-1)) // 3)
+    if n <= mass.shape[0]:
+        first = mass[:n:3, :n:3].tocsr()
+        if (csr_array(kron(first, np.eye(3))) != mass[:n, :n]).nnz == 0:
+            return 3, first.indptr, 3 * first.indices, first.data
+    return 1, mass.indptr, mass.indices, mass.data
+
+
 def _scale(description: Description, layout: Layout) -> Array:
     scale = layout.scale.copy()
     for joint in description.joints:
@@ -359,6 +376,19 @@ def _on_pattern(system: System) -> Array:
     data = system.pattern.zeros()
     np.add.at(data, system._mass_slots, system.mass.tocoo().data)
     return data
+
+
+def _symmetry(system: System) -> bool | None:
+    """Whether matrices are symmetric; None: all but the damping, whose forces turn with elements.
+
+    What damping adds to one side is a part (damping time) x (speed of rotation) of the stiffness.
+    """
+    others = system.terms[len(system.elements) :]
+    if not all(getattr(term, "symmetric", True) for term in others):
+        return False
+    if all(term.symmetric for term in system.elements):
+        return True
+    return None if system.pattern.size > LARGE else False
 
 
 def _blocks(system: System) -> Indices:
@@ -432,16 +462,17 @@ def _program(system: System) -> march.Program:
     wound = any(t.energy and len(getattr(t, "signals", ())) for t in terms)
     solver = system.solver
     contact_at = [_contact_start(rows, j) for j in range(joints)]
+    stride, mass_rows, mass_columns, mass = _vectorwise(system.mass)
     return march.Program(
-        sizes=np.array([system.n, system.m, joints, wound], np.int64),
+        sizes=np.array([system.n, system.m, joints, wound, stride], np.int64),
         terms=np.array(rows, np.int64).reshape(-1, 11),
         kernels=np.array(kernels, np.int64).reshape(-1, 4),
         ints=_line([t.ints for t in terms], np.int64),
         floats=_line([t.floats for t in terms], float),
         slots=_line(system._slots, np.int64),
-        mass_rows=system.mass.indptr.astype(np.int64),
-        mass_columns=system.mass.indices.astype(np.int64),
-        mass=np.ascontiguousarray(system.mass.data),
+        mass_rows=mass_rows.astype(np.int64),
+        mass_columns=mass_columns.astype(np.int64),
+        mass=np.ascontiguousarray(mass),
         mass_data=_on_pattern(system),
         scale=np.ascontiguousarray(system.scale),
         driven=system.driven,
