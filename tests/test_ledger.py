@@ -19,8 +19,8 @@ from mechanics.description import (
     Spherical,
 )
 from mechanics.dynamics import Control, Window, advance, initial_state
-from mechanics.schemes import Scheme
 from mechanics.ledger import TERMS
+from mechanics.schemes import Scheme
 from meshes.materials import library_material
 from meshes.sections import rectangle
 
