@@ -40,8 +40,8 @@ def buckling(
 
     The equilibrium ``q``, ``lam`` at ``fraction`` (default: the reference, without load) is
     continued linearly: K + (p - fraction) dK/dp has no inverse, where dK/dp is what stresses,
-    multipliers, loads and temperatures change along the path. The change of shape of beams is
-    left out, as is classical (of other bodies and springs it is included): in the square it
+    multipliers, loads and temperatures change along the path. The change of shape of beams,
+    cables and shells is left out, as is classical (of springs it is included): in the square it
     matters as much, and alone it would soften what is stiff. Coefficients go from ``c0`` to
     ``c1``. Good for structures that change their shape little before they buckle.
 

@@ -1,7 +1,7 @@
 """Buckling, snapping, and what comes after."""
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
 from operator import mul
@@ -28,6 +28,7 @@ from mechanics.description import (
     Shell,
     Site,
     Spring,
+    Traction,
 )
 from mechanics.statics import Allowed, newton
 from mechanics.system import System
@@ -36,6 +37,8 @@ from meshes.generate import arc, line
 from meshes.sections import Section, general, rectangle
 
 Array = NDArray[np.float64]
+Held = tuple[NDArray[np.intp], tuple[str, ...], tuple[int, ...]]
+"""Nodes, their vectors, and the directions 0, 1, 2 along which these stay."""
 
 X, Y, Z = np.eye(3)
 RIGID_IN_SHEAR = 1e3
@@ -267,11 +270,18 @@ def cylindrical_roof(elements: int, thickness: float) -> tuple[Model, int]:
     surface = surfaces.tube(2540.0, 254.0, elements, elements, (0.5 * np.pi - 0.1, 0.5 * np.pi))
     grid = np.arange(len(surface.points)).reshape(elements + 1, -1)
     shell = Shell("shell", surface, thickness, elastic(3102.75, 0.3), ROOM)
-    rows = [
+    rows: list[Held] = [
         (grid[0], ("position", "r_v"), (0, 1, 2)),
         (grid[-1], ("position", "r_v"), (0,)), (grid[-1], ("r_u", "r_uv"), (1, 2)),
         (grid[:, 0], ("position", "r_u"), (2,)), (grid[:, 0], ("r_v", "r_uv"), (0, 1)),
     ]  # fmt: skip
+    crown = int(grid[-1, 0])
+    push = Force("push", Site("shell", crown), -Y, partial(mul, 0.25 * ROOF_LOAD))
+    return _shell_model(shell, rows, [push]), crown
+
+
+def _shell_model(shell: Shell, rows: Sequence[Held], loads: Sequence[Load]) -> Model:
+    """A shell some of whose nodes do not move."""
     held = defaultdict[tuple[int, str], set[int]](set)
     for nodes, vectors, axes in rows:
         for node, vector in product(nodes, vectors):
@@ -280,10 +290,8 @@ def cylindrical_roof(elements: int, thickness: float) -> tuple[Model, int]:
         Fixing(f"{vector} of {node}", "shell", node, vector, np.eye(3)[sorted(axes)])
         for (node, vector), axes in held.items()
     ]
-    crown = int(grid[-1, 0])
-    push = Force("push", Site("shell", crown), -Y, partial(mul, 0.25 * ROOF_LOAD))
-    system = System(Description([shell], joints, [push]))
-    return Model(system, system.coefficients(sections(system))), crown
+    system = System(Description([shell], joints, loads))
+    return Model(system, system.coefficients(sections(system)))
 
 
 def _deflection(made: Model, node: int, y: Array) -> float:
@@ -338,6 +346,35 @@ def _critical_heating(joints: list[Joint], elements: int, unit: float) -> float:
     made = model(straight(1.0, elements, section, elastic(69e9, 0.0, 1.0, 23.1e-6)), joints)
     hot = made.system.coefficients(sections(made.system, ROOM + unit))
     return float(buckling(made.system, made.coef, hot).factors[0]) * unit
+
+
+@problem("stability", "square plate in compression", "Bryan 1891: N = 4 π² D/b²")
+def plate() -> list[Result]:
+    """Shell, supported on all edges, pressed from two sides."""
+    sizes = (2, 4, 8)
+    found = [_plate(n) for n in sizes]
+    return [
+        Check("critical load, 8 × 8", found[-1], 1.0, 1e-4, "N_cr"),
+        Convergence("critical load", sizes, [abs(p - 1.0) for p in found], 4.0, 0.3),
+    ]
+
+
+def _plate(elements: int) -> float:
+    thickness, E, nu = 1e-2, 70e9, 0.3
+    surface = surfaces.plate(1.0, 1.0, elements, elements)
+    grid = np.arange(len(surface.points)).reshape(elements + 1, -1)
+    shell = Shell("shell", surface, thickness, elastic(E, nu), ROOM)
+    sides = (grid[0], "r_v"), (grid[-1], "r_v"), (grid[:, 0], "r_u"), (grid[:, -1], "r_u")
+    rows: list[Held] = [(side, ("position", along), (2,)) for side, along in sides]
+    middle = grid[:, elements // 2]
+    rows += [(middle[[elements // 2]], ("position",), (0, 1)), (middle[[-1]], ("position",), (1,))]
+    unit = 4.0 * np.pi**2 * E * thickness**3 / (12.0 * (1.0 - nu**2))
+    loads = [
+        Traction(name, "shell", way * X, partial(mul, unit), tuple(side))
+        for name, way, side in (("left", 1.0, grid[0]), ("right", -1.0, grid[-1]))
+    ]
+    made = _shell_model(shell, rows, loads)
+    return float(buckling(made.system, made.coef, made.coef).factors[0])
 
 
 @problem("stability", "lateral buckling of a thin cantilever", "Prandtl 1899, Michell 1899")
