@@ -177,7 +177,8 @@ def draw_path(results: Results, figure: "Figure") -> None:
             if np.abs(column).max() > UNSEEN * np.abs(moved).max():
                 ax.plot(factor * column, table["time"], ".-", label=label, color=color, ms=4)
         ax.set_xlabel(f"displacement of {probe} [{unit}]")
-        ax.legend(loc="best", handlelength=1.4)
+        if ax.lines:  # it did move
+            ax.legend(loc="best", handlelength=1.4)
     axes[0].set_ylabel(clock_of(results).label)
 
 

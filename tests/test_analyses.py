@@ -180,10 +180,14 @@ def test_modes_are_drawn_by_their_frequency(tmp_path):
 
 
 def test_what_a_stopped_analysis_has_is_readable(tmp_path):
-    text = CASE + PUSH.replace("to = 230", "to = 1e14") + '[analysis]\nkind = "statics"\n'
-    output, results = ran(tmp_path, text, code=3)
+    """A material that shrinks to nothing while it warms up: no equilibrium is left on the way."""
+    law = "expansion = { table = [[293, 0], [300, 0], [301, -0.9], [400, -0.9]] }"
+    shrinking = CASE.replace('expansion = "23.1e-6 1/K"', law)
+    output, results = ran(tmp_path, shrinking + HEAT + '[analysis]\nkind = "statics"\n', code=3)
     with results:
         assert results.attributes()["outcome"] == "stopped"
         assert results.attributes()["reason"] in output
-        assert results["frames/time"][0] == 0.0
+        load, tip = results["frames/time"], results["probes/tip/position"]
+    assert load[0] == 0.0 and 0.05 < load[-1] < 0.1
+    assert len(tip) == len(load) and np.isfinite(tip).all()
     assert CliRunner().invoke(app, ["plot", str(tmp_path)]).exit_code == 0

@@ -4,9 +4,11 @@ Everything is set to what is fastest there: one thread, sparse factorisation, no
 mass matrices kept.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import perf_counter
 from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6, 1e-6
 """Residual at which Newton ends, relative to the first [-], and absolute [N]."""
+SAID = "residual {:g} of the first or {:g} N".format(*TOLERANCE)
 MISSING = "exudyn is not installed: pip install 'thermobody[exudyn]'"
 
 
@@ -62,6 +65,14 @@ class Model(NamedTuple):
         return np.array(self.mbs.GetNodeOutput(self.node, exudyn.OutputVariableType.Position))
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without warnings of names that newer versions of Exudyn call otherwise."""
+    with catch_warnings():
+        simplefilter("ignore", DeprecationWarning)
+        yield
+
+
 def empty() -> tuple[Any, Any]:
     """A container and a system in it."""
     import exudyn
@@ -95,6 +106,12 @@ def settings(h: float, steps: int, modified: bool, dense: bool = False) -> Any:
     return found
 
 
+def size(make: Callable[[], Model]) -> int:
+    """Number of second-order coordinates of a model."""
+    with _quiet():
+        return make().coordinates
+
+
 def solved(make: Callable[[], Model], h: float, steps: int, modified: bool, dense: bool = False):
     """The model after ``steps`` of ``h`` [s], and the time [s] that they took.
 
@@ -102,10 +119,11 @@ def solved(make: Callable[[], Model], h: float, steps: int, modified: bool, dens
     ------
     RuntimeError : Exudyn could not finish
     """
-    model = make()
-    begun = perf_counter()
-    ok = model.mbs.SolveDynamic(settings(h, steps, modified, dense), showHints=False)
-    seconds = perf_counter() - begun
+    with _quiet():
+        model, chosen = make(), settings(h, steps, modified, dense)
+        begun = perf_counter()
+        ok = model.mbs.SolveDynamic(chosen, showHints=False)
+        seconds = perf_counter() - begun
     if not ok:
         raise RuntimeError("Exudyn could not finish the steps")
     return model, seconds
