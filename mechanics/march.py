@@ -16,11 +16,14 @@ Norsett & Wanner 1993, III.5) and backward Euler take q^, v^ from earlier steps 
 The multipliers are scaled by (1 - alpha_f) B (Bottasso, Bauchau & Cardona 2007).
 """
 
+from functools import cache
 from math import ceil, gamma, log2, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from mechanics.kernels import (
@@ -29,7 +32,6 @@ from mechanics.kernels import (
     factor_at,
     force_at,
     kernel,
-    part,
     respond_at,
     signals_at,
     solve_at,
@@ -243,6 +245,9 @@ B, G, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see ``_look``. ``E
 accelerations and multipliers one step before; ``TREND``: how they go on, see ``_begin``.
 ``MOMENTUM``: M a at the beginning of the step."""
 
+WORST, ROWS_AT, PROJECT_AT = 6, 7, 8
+"""Whole numbers of the memory behind those that are carried: the worst unknown; see ``demands``."""
+
 MADE_FOR, WASTED, CONTRACTION, AGE, MEASURED, MEASURED_FOR = range(6)
 JACOBIANS = 6
 """What is known of the factors: step size they were made for (0: there are none), corrections
@@ -254,10 +259,11 @@ _lines = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
 _places = types.Array(types.int64, 2, "C")
 PACKED = types.NamedTuple([_places, _lines[1], _lines[0]], Packed)
 MEMORY = types.NamedTuple([_places, _lines[0], _lines[1]], Memory)
+DEMAND = types.void(PACKED, MEMORY, types.float64)
 ATTEMPT = types.int64(PACKED, MEMORY, types.float64)
 LOCATE = types.float64(PACKED, MEMORY, types.float64, types.int64)
 TAKE = types.void(PACKED, MEMORY, types.float64, types.int64)
-attempt_at, locate_at, take_at = at(ATTEMPT), at(LOCATE), at(TAKE)
+demand_at, attempt_at, locate_at, take_at = at(DEMAND), at(ATTEMPT), at(LOCATE), at(TAKE)
 
 
 def pack(program: Program) -> Packed:
@@ -297,7 +303,7 @@ def memory(
     reals = np.zeros(ends[-1])
     np.concatenate([part.ravel() for part in given], out=reals[: ends[len(given) - 1]])
     places = np.stack([ends - sizes, ends], axis=1).astype(np.int64)
-    return Memory(places, reals, np.append(carried.whole, 0))
+    return Memory(places, reals, np.append(carried.whole, [0, *demands(int(settings[FORM]))]))
 
 
 def field(store: Memory, name: int, *shape: int) -> Array:
@@ -306,10 +312,46 @@ def field(store: Memory, name: int, *shape: int) -> Array:
     return store.reals[start:end].reshape(shape or -1).copy()
 
 
-@_inner
-def _real(store, k):
-    """A field of real numbers."""
-    return part(store.reals, store.places[k, 0], store.places[k, 1])
+def _fields(name: str) -> Any:
+    """Intrinsic that takes field k of the lines ``name`` of a program or a memory.
+
+    The same as ``part`` with the places looked up; a compiled function would take longer to compile
+    than all that it does, once for each field.
+    """
+
+    @intrinsic
+    def function(typing_context, store, k):
+        def generate(context, builder, sig, args):
+            kinds, names = sig.args[0].types, sig.args[0].fields
+            at, line = names.index("places"), names.index(name)
+            places = context.make_array(kinds[at])(
+                context, builder, builder.extract_value(args[0], at)
+            )
+            whole = context.make_array(kinds[line])(
+                context, builder, builder.extract_value(args[0], line)
+            )
+            two = builder.mul(
+                context.cast(builder, args[1], sig.args[1], types.int64), cgutils.intp_t(2)
+            )
+            start = builder.load(builder.gep(places.data, [two]))
+            end = builder.load(builder.gep(places.data, [builder.add(two, cgutils.intp_t(1))]))
+            made = context.make_array(kinds[line])(context, builder)
+            count, size = builder.sub(end, start), cgutils.intp_t(8)
+            made.data, made.nitems, made.itemsize = builder.gep(whole.data, [start]), count, size
+            made.shape = cgutils.pack_array(builder, [count])
+            made.strides = cgutils.pack_array(builder, [size])
+            made.meminfo = cgutils.get_null_value(made.meminfo.type)
+            made.parent = cgutils.get_null_value(made.parent.type)
+            return made._getvalue()
+
+        line = store.types[store.fields.index(name)]
+        return line(store, types.int64), generate
+
+    return function
+
+
+_real, _whole = _fields("reals"), _fields("ints")
+"""A field of real numbers; a field of whole numbers of a program."""
 
 
 @_inner
@@ -320,9 +362,10 @@ def _copy(source, target):
 
 
 @_inner
-def _whole(p, k):
-    """A field of whole numbers of a program."""
-    return part(p.ints, p.places[k, 0], p.places[k, 1])
+def _fill(target, value):
+    """Overwrite a line with a number."""
+    for i in range(target.size):
+        target[i] = value
 
 
 # ------------------------------------------------------------------------------------ the terms
@@ -379,13 +422,13 @@ def matrix(p, y, v, coef, cM, cK, cC, data):
 @njit(cache=True, error_model="numpy")
 def energies(p, y, v, coef, out):
     """Overwrite ``out`` (4,): energy of bodies, of contacts, power lost, power on free strains."""
-    out[:] = 0.0
+    _fill(out, 0.0)
     one = np.zeros(3)
     terms, kernels = _terms(p)
     for k in range(len(terms)):
         s = terms[k]
         if kernels[k, ENERGY] != 0:
-            one[:] = 0.0
+            _fill(one, 0.0)
             energy_at(kernels[k, ENERGY])(y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), one)
             out[1 if s[ROLE] == CONTACT else 0] += one[0]
             out[2] += one[1]
@@ -450,7 +493,10 @@ def write_signals(p, t, values, coef):
 @njit(cache=True, error_model="numpy")
 def instant(y, v, n):
     """Time step [s] for differences along the motion: a ten thousandth of its own time."""
-    return 1e-4 * (1.0 + np.abs(y[:n]).max()) / (1.0 + np.abs(v[:n]).max())
+    far, fast = 0.0, 0.0
+    for i in range(n):
+        far, fast = max(far, abs(y[i])), max(fast, abs(v[i]))
+    return 1e-4 * (1.0 + far) / (1.0 + fast)
 
 
 @_inner
@@ -461,11 +507,11 @@ def _violation(p, w, eps, curved, phi):
     n = a.size
     for i in range(n):
         moved[i] = y[i] + eps * v[i] + curved * 0.5 * eps * eps * a[i]
-    moved[n:] = 0.0
+    _fill(moved[n:], 0.0)
     write_signals(p, _real(w, STEP)[0] + eps, _real(w, VALUES), coef)
-    out[:] = 0.0
+    _fill(out, 0.0)
     forces(p, moved, v, coef, CONSTRAINT, out)
-    phi[:] = out[n:]
+    _copy(out[n:], phi)
 
 
 @_inner
@@ -642,13 +688,12 @@ def _serves(p, w, h):
     return same
 
 
-@_inner
-def _decay(p, w, total, h):
+def decay(p, w, h):
     """Rows of Baumgarte (1972) in place of Phi: Phi'' + 2 w Phi' + w^2 Phi, scaled like Phi.
 
     Derivatives by central differences along the motion, exact for quadratic constraints.
     """
-    s, step, n = _real(w, SETTINGS), _real(w, STEP), _real(w, A1_).size
+    s, step, total, n = _real(w, SETTINGS), _real(w, STEP), _real(w, TOTAL), _real(w, A1_).size
     m = total.size - n
     rates = _real(w, RATES).reshape((3, m))
     eps = instant(_real(w, Y1_), _real(w, V1_), n)
@@ -663,10 +708,9 @@ def _decay(p, w, total, h):
         total[n + i] = scale * (bend + 2.0 * rate * slope + rate * rate * rates[1, i])
 
 
-@_inner
-def _velocity_rows(p, w, total):
+def velocity_rows(p, w, h):
     """Rows Phi' in place of Phi, scaled like Phi (index 2)."""
-    step, n = _real(w, STEP), _real(w, A1_).size
+    step, total, n = _real(w, STEP), _real(w, TOTAL), _real(w, A1_).size
     m = total.size - n
     rates = _real(w, RATES).reshape((3, m))
     eps = instant(_real(w, Y1_), _real(w, V1_), n)
@@ -695,12 +739,10 @@ def _residual(p, w, h):
     s, step, total, x = _real(w, SETTINGS), _real(w, STEP), _real(w, TOTAL), _real(w, X)
     a1, force, inertial = _real(w, A1_), _real(w, FORCE0), _real(w, INERTIA)
     n, B, weight = a1.size, step[1], 1.0 - s[ALPHA_F]
-    total[:] = 0.0
+    _fill(total, 0.0)
     forces(p, _real(w, Y1_), _real(w, V1_), _acting(p, w), -1, total)
-    if s[FORM] == BAUMGARTE:
-        _decay(p, w, total, h)
-    elif s[FORM] == PROJECTED:
-        _velocity_rows(p, w, total)
+    if w.whole[ROWS_AT] != 0:
+        demand_at(w.whole[ROWS_AT])(p, w, h)
     _mean_inertia(p, w)
     for i in range(n):
         x[i] = -B * (inertial[i] + weight * total[i] + s[ALPHA_F] * force[i])
@@ -798,8 +840,7 @@ def _newton(p, w, h):
                 _in_balance(p, w)
             else:
                 _residual(p, w, h)
-                for i in range(n):
-                    _real(w, FORCE1)[i] = _real(w, TOTAL)[i]
+                _copy(_real(w, TOTAL)[:n], _real(w, FORCE1))
             return DONE, count, worst
         before = size
     return UNCONVERGED, int(s[ITERATIONS]) + 1, worst
@@ -829,8 +870,7 @@ def _step(p, w, h):
         fresh = True
 
 
-@_inner
-def _project(p, w):
+def project(p, w, h):
     """Positions that obey the constraints, nearest in the metric of the system matrix.
 
     The step has made the velocities obey them (index 2); what the positions lack is of third
@@ -839,9 +879,11 @@ def _project(p, w):
     y, x, total, n = _real(w, Y1_), _real(w, X), _real(w, TOTAL), _real(w, A1_).size
     v, coef, scale = _real(w, V1_), _acting(p, w), _real(p, P_SCALE)
     for _ in range(PROJECTIONS):
-        total[:] = 0.0
+        _fill(total, 0.0)
         forces(p, y, v, coef, CONSTRAINT, total)
-        x[:n], x[n:] = 0.0, -total[n:]
+        _fill(x[:n], 0.0)
+        for i in range(n, x.size):
+            x[i] = -total[i]
         _solve(p, w)
         size = 0.0
         for i in range(n):
@@ -849,9 +891,19 @@ def _project(p, w):
             size = max(size, abs(x[i]) / scale[i])
         if size <= _real(w, SETTINGS)[NEWTON]:
             break
-    total[:] = 0.0
+    _fill(total, 0.0)
     forces(p, y, v, coef, -1, total)
-    _real(w, FORCE1)[:] = total[:n]
+    _copy(total[:n], _real(w, FORCE1))
+
+
+@cache
+def demands(form: int) -> tuple[int, int]:
+    """Addresses of what makes the rows other than Phi, and of what ends a step; 0: nothing."""
+    if form == BAUMGARTE:
+        return kernel(DEMAND)(decay), 0
+    if form == PROJECTED:
+        return kernel(DEMAND)(velocity_rows), kernel(DEMAND)(project)
+    return 0, 0
 
 
 @_inner
@@ -883,21 +935,21 @@ def attempt(p, w, h):
     step[0] = span[1] if last else now + h
     _coefficients(p, w, step[0])
     _let_act(p, w)
-    why, spent, w.whole[6] = _step(p, w, h)
+    why, spent, w.whole[WORST] = _step(p, w, h)
     w.whole[4] += spent
     if why != DONE:
         return why
     error, at_ = _error(p, w, h)
     step[3] = error
     if not error <= 1.0:
-        w.whole[6] = at_
+        w.whole[WORST] = at_
         return INACCURATE
-    if _real(w, SETTINGS)[FORM] == PROJECTED:
-        _project(p, w)
+    if w.whole[PROJECT_AT] != 0:
+        demand_at(w.whole[PROJECT_AT])(p, w, h)
     limited, limits, y = _whole(p, P_LIMITED), _real(p, P_LIMITS), _real(w, Y1_)
     for i in range(limited.size):
         if not limits[2 * i] <= y[limited[i]] <= limits[2 * i + 1]:
-            w.whole[6] = i
+            w.whole[WORST] = i
             return BEYOND
     return DONE
 
@@ -988,7 +1040,6 @@ def _looked(p, w, which):
     )  # fmt: skip
 
 
-@kernel(LOCATE)
 def locate(p, w, h, old):
     """Fraction of the step at which the first impact begins; -1: no onset inside.
 
@@ -997,8 +1048,6 @@ def locate(p, w, h, old):
     """
     approach, first, y = _real(w, APPROACH0), -1.0, np.empty((4, 2))
     joints = approach.size
-    if joints == 0 or np.all(approach != 0.0):
-        return first
     response = _real(w, RESPONSE).reshape((joints, COLUMNS))
     split, stack = _real(w, SPLIT).reshape((joints, 6)), _real(w, STACK).reshape((64, 9))
     respond(p, _real(w, Y1_), _real(w, V1_), _real(w, COEF), response, split)
@@ -1019,6 +1068,12 @@ def locate(p, w, h, old):
             if at > 0.0 and (first < 0.0 or at < first):
                 first = at
     return first
+
+
+@cache
+def locating() -> int:
+    """Address of ``locate``."""
+    return kernel(LOCATE)(locate)
 
 
 @_inner
@@ -1109,17 +1164,19 @@ def _look(p, w, y, v, coef, which):
     inertia(p, v, inertial)
     real[0] = half_product(v, inertial)
     energies(p, y, v, coef, real[1:])
-    out[:] = 0.0
+    _fill(out, 0.0)
     forces(p, y, v, coef, LOAD, out)
     for i in range(n):
         external[i] = -out[i]
     driven, masked = _whole(p, P_DRIVEN), _real(w, OTHER)
     if driven.size:
-        masked[:n], masked[n:], out[:] = y[:n], 0.0, 0.0
+        _copy(y[:n], masked)
+        _fill(masked[n:], 0.0)
+        _fill(out, 0.0)
         for row in driven:
             masked[n + row] = y[n + row]
         forces(p, masked, v, coef, CONSTRAINT, out)
-        drive[:] = out[:n]
+        _copy(out[:n], drive)
     if p.ints[2]:
         respond(p, y, v, coef, response, split)
 
@@ -1221,7 +1278,7 @@ def _book(p, w, h, old, new):
     numerical = known - stored - by_forces - _scheme_work(p, w, h)
     defect = after[0] - before[0] + stored - (known - numerical)
     ledger = _real(w, LEDGER)
-    ledger[:3] = after[:3]
+    _copy(after[:3], ledger)
     ledger[WORK_LOADS] += loads
     ledger[WORK_DRIVE] += drive
     ledger[WORK_THERMAL] += heating
@@ -1243,10 +1300,13 @@ def take(p, w, h, old):
     _look(p, w, _real(w, Y1_), _real(w, V1_), coef, new)
     _book(p, w, h, old, new)
     if before.size:
-        before[: y.size], before[y.size :] = y, v
+        _copy(y, before)
+        _copy(v, before[y.size :])
     _note_trend(w, h)
-    y[:], v[:], _real(w, A)[:] = _real(w, Y1_), _real(w, V1_), _real(w, A1_)
-    _real(w, FORCE0)[:] = _real(w, FORCE1)
+    _copy(_real(w, Y1_), y)
+    _copy(_real(w, V1_), v)
+    _copy(_real(w, A1_), _real(w, A))
+    _copy(_real(w, FORCE1), _real(w, FORCE0))
     if _real(w, SETTINGS)[ALPHA_M] == 0.0:
         _copy(_real(w, INERTIA), _real(w, MOMENTUM))
     else:
@@ -1275,9 +1335,10 @@ def _substep(p, w, old):
     while True:
         h = _size(w, target)
         why = attempt_at(addresses[3])(p, w, h)
-        worst = w.whole[6]
+        worst = w.whole[WORST]
         if why == DONE:
-            landing, caught = locate_at(addresses[4])(p, w, h, old), _catching(p, w)
+            landing = locate_at(addresses[4])(p, w, h, old) if addresses[4] != 0 else -1.0
+            caught = _catching(p, w)
             if 0.0 < caught < 1.0 - 1e-6 and (landing < 0.0 or caught < landing):
                 landing = min(1.0, caught * (1.0 + 1e-9))
             if landing < 0.0:
@@ -1307,7 +1368,7 @@ def _enter(p, w):
     now = _looked(p, w, 0)[0]
     for k in range(3):
         ledger[WORK_THERMAL] += now[k] - ledger[k]
-    ledger[:3] = now[:3]
+    _copy(now[:3], ledger)
 
 
 @_inner
@@ -1317,14 +1378,15 @@ def _keep(p, w, count, new):
     joints, size = response.shape[0], y.size
     _real(w, ROW_T)[count] = _real(w, CLOCK)[0]
     at = count * joints
-    _real(w, ROW_RESPONSE)[at * COLUMNS : (at + joints) * COLUMNS] = response.ravel()
-    _real(w, ROW_APPROACH)[at : at + joints] = _real(w, APPROACH0)
+    for j in range(joints):
+        _copy(response[j], _real(w, ROW_RESPONSE)[(at + j) * COLUMNS :])
+    _copy(_real(w, APPROACH0), _real(w, ROW_APPROACH)[at:])
     for i in range(driven.size):
         _real(w, ROW_DRIVE)[count * driven.size + i] = y[p.ints[0] + driven[i]]
     if _real(w, ROW_Y).size:
-        _real(w, ROW_Y)[count * size : (count + 1) * size] = y
-        _real(w, ROW_V)[count * size : (count + 1) * size] = _real(w, V)
-        _real(w, ROW_LEDGER)[count * TERMS : (count + 1) * TERMS] = _real(w, LEDGER)
+        _copy(y, _real(w, ROW_Y)[count * size :])
+        _copy(_real(w, V), _real(w, ROW_V)[count * size :])
+        _copy(_real(w, LEDGER), _real(w, ROW_LEDGER)[count * TERMS :])
 
 
 @njit(cache=True, error_model="numpy")

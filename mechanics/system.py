@@ -490,7 +490,7 @@ def _program(system: System) -> march.Program:
                 solver.solve,
                 REFACTOR[solver.name == "dense"],
                 march.attempt,
-                march.locate,
+                march.locating() if joints else 0,
                 march.take,
             ],
             np.int64,
