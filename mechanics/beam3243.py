@@ -7,20 +7,24 @@ six rigid motions leave 18 strains, each of them objective:
 strain              generalised strain (dimensionless)                    stiffness
 ==================  ====================================================  =================
 axial (3)           Legendre coefficients of                              EA L (1, 3, 5 s)
-                    (r'.r' - 1 - G_2^2 - G_3^2)/2
-bending (2 x 2)     b_k = (L r''.n_k - G_k(L) + G_k(0) +- turn G_m)/G_1   EI_k/(2 L)
-                    at two Gauss points; k, m = 2, 3 (+) and 3, 2 (-)
+                    (r'.r' - 1 - G_2^2 - G_3^2)/2; of the linear one
+                    also sqrt(3)/240 (c_2^2 + c_3^2 - b_2^2 - b_3^2)
+bending (2 x 2)     B_k = b_k + m_2 m_3 b_m/12 at two Gauss points,       EI_k/(2 L)
+                    b_k = (L r''.n_k - G_k(L) + G_k(0) +- turn G_m)/G_1
+                    k, m = 2, 3 (+) and 3, 2 (-); m_k mean of b_k
 shear (2 x 2)       G_k = r_x.n_k at the nodes, linear between            k_s GA L/2
-torsion (1)         turn - sqrt(3)/12 (b_2 c_3 - b_3 c_2), with           GJ/L
-                    turn = (d3(0).d2(L) - d2(0).d3(L))/2 and
-                    b, c the bending at the first and second point
+torsion (1)         turn (1 + (turn^2 + m_2^2 + m_3^2)/6)                 GJ/L
+                    - sqrt(3)/12 (B_2 C_3 - B_3 C_2), with
+                    turn = (d3(0).d2(L) - d2(0).d3(L))/2
 section (2 x 3)     (d_k.d_k - 1)/2 and d2.d3 at the nodes                EA L/2, GA L/2
 ==================  ====================================================  =================
 
-with n_k = d_k/|d_k| and G_1 = (r'.r' - G_2^2 - G_3^2)^1/2. The measured strain is the difference
+with n_k = d_k/|d_k|, G_1 = (r'.r' - G_2^2 - G_3^2)^1/2, and b and c (B and C) the bending at the
+first and second point. The measured strain is the difference
 to the reference configuration, itself expanded by the thermal strain, so that a free uniform
 expansion of a curved, twisted beam is free of stress to round-off. The elastic energy is
-1/2 sum stiffness (strain)^2.
+1/2 sum stiffness (strain)^2, at the turn phi of the section between the nodes where it is least:
+B_2 + phi B_3 and B_3 - phi B_2 replace the bending, and 6 GJ/L phi^2 is added.
 
 Sources: strains of a beam rather than of a continuum, Gerstmayr & Irschik (2008) and
 Nachbagauer, Gruber & Gerstmayr (2013); critique of the continuum beam, Schwab & Meijaard
@@ -33,10 +37,18 @@ strain, which is Green's Gamma_1 + Gamma_1^2/2:
   length, conjugate to the moment when the axis stretches, and leaves it unchanged by a uniform
   expansion. Without the term in tau a moment on a twisted beam would make a shear force;
   without n_k of unit length the reaction at a clamp would stretch the section.
+- Directors between the nodes are linear, hence at right angles only where bending is in one
+  plane: d_2.d_3 = -m_2 m_3/6 at both points. B_k is the bending of n_k + m_2 m_3 n_m/12, made
+  orthonormal symmetrically (Loewdin 1950), but for terms of fourth order.
+- ``turn`` is the sine of a turn whose size also bending makes: theta/sin(theta), to fourth order.
 - The turn of one end against the other is not the integral of the torsion when the direction of
-  bending changes along the element; the difference makes torsion of fourth order.
-- The quadratic Legendre part of the axial strain is relieved against membrane locking; how
-  much is measured in ``line_elements.MEMBRANE``.
+  bending changes along the element (Magnus 1954); the difference makes torsion of fourth order.
+- Where bending stiffness differs, two moments twist the beam between the nodes,
+  Mt' = kappa_2 M_3 - kappa_3 M_2. This turn, a parabola, is the internal coordinate phi: an error
+  of second order without it. It also lets a strip buckle sideways within an element.
+- The cubic through points of an inextensible curve stretches, linearly by - kappa kappa' L^3/120.
+  Taken out of the axial strain, it leaves tangents at the nodes of unit length; with it they
+  would lock or grow along the beam. The quadratic part, of fourth order, is relieved: ``MEMBRANE``.
 - The directors' stretch is stiff (EA): the section follows the thermal expansion.
 """
 
@@ -47,7 +59,7 @@ from numpy.typing import NDArray
 
 from mechanics import beam3243_kernels as kernels
 from mechanics import line_elements as line
-from mechanics.beam3243_kernels import AXIAL, BENDING, MAGNUS, SECTION, SHEAR, STRAINS, TORSION
+from mechanics.beam3243_tables import AXIAL, BENDING, MAGNUS, SECTION, SHEAR, STRAINS, TORSION
 from mechanics.description import Beam
 from mechanics.layout import Layout
 
@@ -55,6 +67,22 @@ Array = NDArray[np.float64]
 
 STATIONS = np.concatenate([[0.0, 1.0], line.XI2, line.XI3])
 """Where the material is evaluated, as fractions of the length."""
+
+MEMBRANE = 1024.0
+"""Stiffness of the quadratic axial strain relative to that of bending [-].
+
+Errors of the elastica (tip load 10 EI/L^2; 4 and 8 elements, radius of gyration 3e-3 L, and 8,
+1e-4 L) and gap of the roll-up to a full circle (4 and 8 elements); the part s = MEMBRANE r^2/L^2
+<= 1 of EA remains:
+
+====  ================  =======  ================
+32    1.5e-3, 1.4e-4    1.4e-4   7 %, .15 %
+256   1.7e-3, 1.4e-4    1.5e-4   .14 %, .23 %
+1024  2.1e-3, 1.4e-4    1.7e-4   .31 %, .24 %
+4096  3.0e-3, 1.4e-4    2.5e-4   .42 %, .24 %
+inf   3.5e-3, 1.4e-4    4.2e-3   .43 %, .24 %
+====  ================  =======  ================
+"""
 
 
 class Beam3243:
@@ -95,10 +123,13 @@ class Beam3243:
         self._reference = _reference_strains(reference, self.floats)
         b2, c2, b3, c3 = self._reference[:, BENDING:SHEAR].T
         self._reference_turn = self._reference[:, TORSION] + MAGNUS * (b2 * c3 - b3 * c2)
+        self._reference_sine = _sine(reference)
         slopes = line.tangents(reference[:, :, :3], reference[:, :, 3:6], self.length)
         self._reference_axial = line.half_square(slopes)
         area, I2, I3 = self._sections[:, :3].T
-        self._slack = line.membrane_slack(area, np.sqrt(I2 * I3), self.length)
+        bare = line.axial_coefficients(self._reference_axial)
+        self._reference_bent = self._reference[:, AXIAL:BENDING] - bare
+        self._slack = np.minimum(1.0, MEMBRANE * np.sqrt(I2 * I3) / (area * self.length**2))
 
     def coefficients(self, T: Array) -> Array:
         """Stiffness, free strain and its rate (zero) of each generalised strain, (n_e, 54).
@@ -151,9 +182,12 @@ class Beam3243:
         """
         free = self._reference.copy()
         free[:, AXIAL:BENDING] = line.axial_coefficients(self._reference_axial * stretch[:, 4:])
+        free[:, AXIAL:BENDING] += self._reference_bent
         turning = self.length[:, None, None] * curvature
         free[:, BENDING:SHEAR] -= turning.transpose(0, 2, 1).reshape(-1, 4)
-        free[:, TORSION] += (stretch[:, 5] - 1.0) * self._reference_turn
+        middle = stretch[:, 5]
+        free[:, TORSION] += (middle - 1.0) * self._reference_turn
+        free[:, TORSION] += (middle**3 - middle) * self._reference_sine**3 / 6.0
         free[:, SECTION:] *= np.tile(stretch[:, :2], 3)
         return free
 
@@ -169,7 +203,11 @@ class Beam3243:
         S = coef[:, :STRAINS] * excess
         N = S[:, AXIAL] / self.length
         Q = S[:, SHEAR:TORSION].reshape(-1, 2, 2).sum(axis=2) / self.length[:, None]
-        M = S[:, BENDING:SHEAR].reshape(-1, 2, 2).sum(axis=2)
+        bending = S[:, BENDING:SHEAR].reshape(-1, 2, 2)
+        B = strains[:, BENDING:SHEAR].reshape(-1, 2, 2)
+        k = coef[:, BENDING:SHEAR].reshape(-1, 2, 2)
+        phi = _between(k * elastic[:, BENDING:SHEAR].reshape(-1, 2, 2), B, k, coef[:, TORSION])
+        M = (bending + phi * k * B[:, ::-1] * np.array([[1.0], [-1.0]])).sum(axis=2)
         return np.column_stack([N, Q, S[:, TORSION], M])
 
     def mass_blocks(self) -> Array:
@@ -215,3 +253,20 @@ def _reference_strains(reference: Array, floats: Array) -> Array:
     q = reference.ravel()
     kernels.evaluate(q, np.zeros_like(q), start, floats, strains, rates)
     return strains
+
+
+def _sine(x: Array) -> Array:
+    """(n_e,) ``turn`` of elements with node coordinates (n_e, 2, 12)."""
+    d2, d3 = x[:, :, 6:9], x[:, :, 9:12]
+    return 0.5 * np.sum(d3[:, 0] * d2[:, 1] - d2[:, 0] * d3[:, 1], axis=1)
+
+
+def _between(M: Array, B: Array, k: Array, torsion: Array) -> Array:
+    """(n_e, 1, 1) the turn phi of the section between the nodes.
+
+    M, B, k : (n_e, 2, 2) elastic moments, bending and its stiffness towards e2, e3, at two points
+    torsion : (n_e,) GJ/L
+    """
+    slope = (M[:, 0] * B[:, 1] - M[:, 1] * B[:, 0]).sum(axis=1)
+    stiffness = 12.0 * torsion + (k * B[:, ::-1] ** 2).sum(axis=(1, 2))
+    return -(slope / stiffness)[:, None, None]

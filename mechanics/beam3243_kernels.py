@@ -7,7 +7,8 @@ r_x, d2, d3 at node b; only c contains the length. Its strains eps are made in f
 2. u.n_k at four points: u = L r'' at two Gauss points (bending), u = r_x at two nodes (shear);
 3. sums of products eps_p eps_q, by table: what axial strain and bending owe to shear and twist;
 4. bending divided by Gamma_1, the component of r' along the normal of the section;
-5. sums of products again: what torsion owes to bending.
+5. sums of products again: what bending owes to directors that are not orthogonal, and what axial
+   strain and torsion owe to bending.
 
 Forces go the same way back, number by number (reverse differentiation). What the first two sweeps
 make are the measures z. All that the others do to them happens among the twelve ``INNER`` ones,
@@ -15,112 +16,49 @@ so that the tangent is made of small matrices: derivatives J of the strains in t
 H = sum J D J + curvatures, and last G^T H G with the gradients G of the measures in X. Rows in X
 are 24 numbers long instead of 21, a multiple of what processors add at once.
 
-The tables are baked into the compiled kernels; they and what they are made of are pure numbers
-(Hermite, Gauss, Legendre), not parameters.
+Bending has one internal coordinate, the turn phi of the section between the nodes. Its stress is
+zero: phi is found from the strains, and their stiffness is less by what phi gives way.
 """
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
-from mechanics.line_elements import (
-    AXIAL_FORM,
-    LEGENDRE,
-    WEIGHT3,
-    XI2,
-    XI3,
-    curvature_weights,
-    tangent_weights,
+from mechanics.beam3243_tables import (
+    A2,
+    AHEAD,
+    AXIS,
+    BENDING,
+    BENT,
+    ENDS,
+    FACTOR,
+    FIRST,
+    INNER,
+    INSIDE,
+    LEFT,
+    LONG,
+    MIX_FACTOR,
+    MIX_P,
+    MIX_Q,
+    MIX_ROW,
+    NORMAL,
+    OF,
+    ONE,
+    OUTER,
+    OWED_ROW,
+    OWED_TO,
+    PLACE,
+    POINT_ROW,
+    RIGHT,
+    ROW,
+    ROWS,
+    SECTION,
+    SHEAR,
+    STRAINS,
+    SWEEP,
+    TORSION,
+    TURN,
 )
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Table = tuple[Indices, Indices, Indices, Array]
-
-C, A1, A2, A3, B1, B2, B3 = range(7)
-"""Vectors X."""
-AXIAL, BENDING, SHEAR, TORSION, SECTION, NORMAL, TURN, ONE = 0, 3, 7, 11, 12, 18, 20, 21
-"""First row of each kind of strain; bending, shear and section: k = 2 at both places, then k = 3.
-
-Three kinds of rows are no strains: ``NORMAL``, Gamma_1^2 at the bending points; ``TURN``, the
-turn of one end against the other; ``ONE``, the number 1, so that products hold linear terms too.
-"""
-MAGNUS = np.sqrt(3.0) / 12.0
-"""Turn of the ends about the axis for bending (b_2, b_3) at one Gauss point, (c_2, c_3) at the
-other: MAGNUS (b_2 c_3 - b_3 c_2), the second term of the expansion of Magnus (1954) for a
-curvature that is linear in x."""
-STRAINS, ROWS = 18, 22
-INNER = 12
-"""Number of measures on which later sweeps act: bending, shear, normal, turn and one."""
-LONG = 24
-"""Length of a row in X, with three zeros at its end."""
-AXIS = np.array([C, A1, B1], dtype=np.intp)
-"""Vectors on which the axis depends."""
-
-
-def _products_of_vectors() -> Table:
-    """Row, J, K, factor."""
-    slopes = tangent_weights(XI2)
-    forms = [*AXIAL_FORM, *(2.0 * slopes[:, :, None] * slopes[:, None, :])]
-    terms = []
-    for row, form in zip((*range(AXIAL, BENDING), NORMAL, NORMAL + 1), forms, strict=True):
-        for i, j in zip(*np.triu_indices(3), strict=True):
-            terms += [(row, AXIS[i], AXIS[j], form[i, j] * (0.5 if i == j else 1.0))]
-    for k in range(2):
-        row = SECTION + 2 * k
-        terms += [(row, A2 + k, A2 + k, 0.5), (row + 1, B2 + k, B2 + k, 0.5)]
-    terms += [(SECTION + 4, A2, A3, 1.0), (SECTION + 5, B2, B3, 1.0)]
-    return _columns([*terms, (TURN, A3, B2, 0.5), (TURN, A2, B3, -0.5)])
-
-
-def _products_of_strains() -> Table:
-    """Row, p, q, factor: the third sweep, then the three terms of the last."""
-    ends = [1 - XI3, XI3]
-    forms = np.einsum("kg,ig,jg->kij", LEGENDRE * WEIGHT3, ends, ends)
-    forms = [*forms, *(2.0 * ENDS[:2, :, None] * ENDS[:2, None, :])]
-    terms = []
-    for k in range(2):
-        a, b = SHEAR + 2 * k, SHEAR + 2 * k + 1
-        for row, form in zip((*range(AXIAL, BENDING), NORMAL, NORMAL + 1), forms, strict=True):
-            terms += [(row, a, b, -form[0, 1])]
-            terms += [(row, a, a, -0.5 * form[0, 0]), (row, b, b, -0.5 * form[1, 1])]
-        for g in range(2):
-            own, other, sign = BENDING + 2 * k + g, BENDING + 2 * (1 - k) + g, 2.0 * k - 1.0
-            terms += [(own, a, ONE, 1.0), (own, b, ONE, -1.0)]
-            terms += [(other, TURN, p, sign * ENDS[g, i]) for i, p in enumerate((a, b))]
-    return _columns([*terms, *_twist()])
-
-
-def _twist() -> list[tuple[int, int, int, float]]:
-    terms = [(TORSION, TURN, ONE, 1.0), (TORSION, BENDING, BENDING + 3, -MAGNUS)]
-    return [*terms, (TORSION, BENDING + 2, BENDING + 1, MAGNUS)]
-
-
-def _columns(terms: list[tuple[int, int, int, float]]) -> Table:
-    rows, left, right = (np.array([t[i] for t in terms], dtype=np.intp) for i in range(3))
-    return rows, left, right, np.array([t[3] for t in terms])
-
-
-AHEAD = np.vstack([curvature_weights(XI2), [[0, 1, 0], [0, 0, 1]]])
-"""(4, 3) weights of the vectors AXIS in u at the four points."""
-ENDS = np.vstack([np.stack([1 - XI2, XI2], axis=-1), np.eye(2)])
-"""(4, 2) weights of the directors of both nodes in d_k at the four points."""
-POINT_ROW = np.array([[3, 5], [4, 6], [7, 9], [8, 10]], dtype=np.intp)
-"""(4, 2) row of the strain of each point and k."""
-ROW, LEFT, RIGHT, FACTOR = _products_of_vectors()
-MIX_ROW, MIX_P, MIX_Q, MIX_FACTOR = _products_of_strains()
-SWEEP = np.array([0, MIX_FACTOR.size - 3, MIX_FACTOR.size], dtype=np.intp)
-"""Where the third sweep begins, and the last, and where it ends."""
-INSIDE = np.array([*range(BENDING, TORSION), NORMAL, NORMAL + 1, TURN, ONE], dtype=np.intp)
-"""(12,) the inner measures."""
-PLACE = np.full(ROWS, -1, dtype=np.intp)
-PLACE[INSIDE] = np.arange(INNER)
-"""(22,) place of a row among the inner measures."""
-OUTER = np.array([*range(AXIAL, BENDING), *range(SECTION, NORMAL)], dtype=np.intp)
-"""Rows on which no other row depends."""
-FIRST = np.array([0, 0, 3, 6, 0], dtype=np.intp)
-"""First column in which four gradients, from rows 0, 4, ... on, have entries."""
+from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 
 
 @njit(cache=True, error_model="numpy")
@@ -206,18 +144,51 @@ def _mixed_rates(eps, rate, first, end):
 
 
 @njit(cache=True, error_model="numpy")
-def _stresses(coef, tau, eps, rate, S):
-    """Stress of each strain; rows that are no strains have none."""
-    S[STRAINS:] = 0.0
+def _relief(coef, b):
+    """Slope and stiffness of the energy in the turn phi of the section at both Gauss points.
+
+    A parabola that vanishes at the nodes: its torsion costs 6 GJ/L phi^2; it makes b_2 + phi b_3
+    and b_3 - phi b_2 of the bending strains b (4,).
+    """
+    slope, stiffness = 0.0, 12.0 * coef[TORSION]
+    for g in range(2):
+        k, m = coef[BENDING + g], coef[BENDING + 2 + g]
+        M2 = k * (b[g] - coef[STRAINS + BENDING + g])
+        M3 = m * (b[2 + g] - coef[STRAINS + BENDING + 2 + g])
+        slope += M2 * b[2 + g] - M3 * b[g]
+        stiffness += k * b[2 + g] * b[2 + g] + m * b[g] * b[g]
+    return slope, stiffness
+
+
+@njit(cache=True, error_model="numpy")
+def _stresses(coef, tau, eps, rate, S, U):
+    """Stress of each strain; rows that are no strains have none. Of the four bending stresses also
+    the derivatives U (4, 4): in the own strain, the other of that point, and the turn phi; last
+    that of phi in the strain."""
+    S[:] = 0.0
     for r in range(STRAINS):
-        viscous = tau * (rate[r] - coef[2 * STRAINS + r])
-        S[r] = coef[r] * (eps[r] - coef[STRAINS + r] + viscous)
+        S[OF[r]] = coef[r] * (eps[OF[r]] - coef[STRAINS + r])
+    slope, stiffness = _relief(coef, eps[BENT:])
+    phi = -slope / stiffness
+    for g in range(2):
+        p, q, k, m = BENT + g, BENT + 2 + g, coef[BENDING + g], coef[BENDING + 2 + g]
+        M2, M3 = S[p] + phi * k * eps[q], S[q] - phi * m * eps[p]
+        S[p], S[q] = M2 - phi * M3, M3 + phi * M2
+        U[g, 0], U[g, 1] = k + phi * phi * m, phi * (k - m)
+        U[2 + g, 0], U[2 + g, 1] = m + phi * phi * k, phi * (k - m)
+        U[g, 2] = k * eps[q] - M3 + phi * m * eps[p]
+        U[2 + g, 2] = M2 - m * eps[p] + phi * k * eps[q]
+    for i in range(4):
+        U[i, 3] = -U[i, 2] / stiffness
+    if tau > 0.0:
+        for r in range(STRAINS):
+            S[OF[r]] += tau * coef[r] * (rate[OF[r]] - coef[2 * STRAINS + r])
 
 
 @njit(cache=True, error_model="numpy")
 def _pass_on(eps, S, first, end):
     """Pass the stresses of products on to their factors."""
-    for m in range(first, end):
+    for m in range(end - 1, first - 1, -1):
         p, q = MIX_P[m], MIX_Q[m]
         s = S[MIX_ROW[m]] * MIX_FACTOR[m]
         S[p] += s * eps[q]
@@ -263,14 +234,14 @@ def evaluate(q, v, ints, floats, strains, rates):
         _strains(X, eps, arms)
         _rates(X, V, eps, arms, rate)
         for r in range(STRAINS):
-            strains[e, r], rates[e, r] = eps[r], rate[r]
+            strains[e, r], rates[e, r] = eps[OF[r]], rate[OF[r]]
 
 
 @kernel(FORCE)
 def add_force(y, v, coef, ints, floats, out):
     """Add the sum over strains of stress times gradient to ``out``."""
     X, V, arms, f = np.empty(21), np.empty(21), np.empty((8, 10)), np.empty(21)
-    eps, rate, S = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS)
+    eps, rate, S, U = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS), np.empty((4, 4))
     for e in range(len(floats)):
         L, tau = floats[e, 0], floats[e, 1]
         _gather(y, ints, e, L, X)
@@ -278,7 +249,7 @@ def add_force(y, v, coef, ints, floats, out):
         if tau > 0.0:
             _gather(v, ints, e, L, V)
             _rates(X, V, eps, arms, rate)
-        _stresses(coef[e], tau, eps, rate, S)
+        _stresses(coef[e], tau, eps, rate, S, U)
         _pass_on(eps, S, SWEEP[1], SWEEP[2])
         _divide_stresses(eps, S)
         _pass_on(eps, S, SWEEP[0], SWEEP[1])
@@ -304,6 +275,8 @@ def add_energy(y, v, coef, ints, floats, out):
             out[0] += 0.5 * stiffness * (strains[e, r] - free) ** 2
             out[1] += viscous * (rates[e, r] - heated)
             out[2] += viscous * heated
+        slope, stiffness = _relief(coef[e], strains[e, BENDING:])
+        out[0] -= 0.5 * slope * slope / stiffness
 
 
 # -- tangent ---------------------------------------------------------------------------------------
@@ -350,7 +323,10 @@ def _derivatives(eps, J):
     for m in range(SWEEP[1], SWEEP[2]):
         r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
         for j in range(INNER):
-            J[r, j] += f * (eps[p] * J[q, j] + eps[q] * J[p, j])
+            J[r, j] += f * eps[q] * J[p, j]
+        if q != ONE:
+            for j in range(INNER):
+                J[r, j] += f * eps[p] * J[q, j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -370,8 +346,45 @@ def _changes(eps, rate, J, Jv):
     for m in range(SWEEP[1], SWEEP[2]):
         r, p, q, f = MIX_ROW[m], MIX_P[m], MIX_Q[m], MIX_FACTOR[m]
         for j in range(INNER):
-            Jv[r, j] += f * (eps[p] * Jv[q, j] + eps[q] * Jv[p, j])
-            Jv[r, j] += f * (rate[p] * J[q, j] + rate[q] * J[p, j])
+            Jv[r, j] += f * eps[q] * Jv[p, j]
+        if q != ONE:
+            for j in range(INNER):
+                Jv[r, j] += f * (eps[p] * Jv[q, j] + rate[p] * J[q, j] + rate[q] * J[p, j])
+
+
+@njit(cache=True, error_model="numpy")
+def _weigh(D, J, W):
+    """Add stiffness times derivatives to W of the strains."""
+    for r in range(BENDING, SECTION):
+        for j in range(INNER):
+            W[OF[r], j] += D[r] * J[OF[r], j]
+
+
+@njit(cache=True, error_model="numpy")
+def _weigh_bending(cK, U, J, W):
+    """The same for the elastic part of bending, with its turn between the nodes."""
+    for j in range(INNER):
+        turn = 0.0
+        for i in range(4):
+            turn += U[i, 3] * J[BENT + i, j]
+        for i in range(4):
+            bent = U[i, 0] * J[BENT + i, j] + U[i, 1] * J[BENT + (i + 2) % 4, j]
+            W[BENT + i, j] += cK * (bent + U[i, 2] * turn)
+
+
+@njit(cache=True, error_model="numpy")
+def _pull_back(eps, J, S, W):
+    """The last sweep, backwards: W and stresses of strains become those of bending and turn."""
+    for m in range(SWEEP[2] - 1, SWEEP[1] - 1, -1):
+        r, p, q = MIX_ROW[m], MIX_P[m], MIX_Q[m]
+        a, b, s = MIX_FACTOR[m] * eps[q], MIX_FACTOR[m] * eps[p], MIX_FACTOR[m] * S[r]
+        S[p] += a * S[r]
+        S[q] += b * S[r]
+        for j in range(INNER):
+            W[p, j] += a * W[r, j] + s * J[q, j]
+        if q != ONE:
+            for j in range(INNER):
+                W[q, j] += b * W[r, j] + s * J[p, j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -382,13 +395,7 @@ def _curvatures(eps, J, S, W):
     b = eta z^-1/2 has the second derivative z^-1/2 eta'' - b/(2 z) z'' - (b' z' + z' b')/(2 z)
     + b/(4 z^2) z' z'.
     """
-    W[:] = 0.0
-    for m in range(SWEEP[1], SWEEP[2]):
-        p, q, s = MIX_P[m], MIX_Q[m], S[MIX_ROW[m]] * MIX_FACTOR[m]
-        for j in range(INNER):
-            W[p, j] += s * J[q, j]
-            W[q, j] += s * J[p, j]
-    _pass_on(eps, S, SWEEP[1], SWEEP[2])
+    _pull_back(eps, J, S, W)
     for r in range(BENDING, SHEAR):
         z = NORMAL + (r - BENDING) % 2
         half = 0.5 / eps[z]
@@ -479,8 +486,6 @@ def _turning(arms, S, G, R, K, A, Q):
 @njit(cache=True, error_model="numpy")
 def _inner_rows(J, W, G, R, H):
     """Add H G, H = sum J_r (x) W_r, to the rows R of the inner measures; ``H`` is transposed."""
-    for j in range(INNER):  # the row of the number 1 has nothing of its own
-        J[ONE, j], W[ONE, j] = J[TORSION, j], W[TORSION, j]
     H[:] = 0.0
     _add_four(W, BENDING, 0, J, BENDING, H, 0, INNER)
     _add_four(W, NORMAL, 0, J, NORMAL, H, 0, INNER)
@@ -494,12 +499,12 @@ def _inner_rows(J, W, G, R, H):
 
 @njit(cache=True, error_model="numpy")
 def _whole(J, G, B):
-    """Add what axial strains owe to shear to their gradients."""
-    for r in range(AXIAL, BENDING):
-        for b in range(SHEAR, TORSION):
-            c = J[r, PLACE[b]]
-            for j in range(LONG):
-                B[r, j] += c * G[b, j]
+    """Add what axial strains owe to others to their gradients."""
+    for m in range(OWED_ROW.size):
+        r, row = OWED_ROW[m], OWED_TO[m]
+        c = J[r, PLACE[row]]
+        for j in range(LONG):
+            B[r, j] += c * G[row, j]
 
 
 @njit(cache=True, error_model="numpy")
@@ -520,10 +525,11 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     """
     X, V, K, row = np.empty(21), np.zeros(21), np.empty((21, LONG)), np.empty(LONG)
     G, Gv, R = np.empty((LONG, LONG)), np.zeros((LONG, LONG)), np.empty((LONG, LONG))
-    J, Jv, W = np.empty((LONG, INNER)), np.zeros((LONG, INNER)), np.empty((LONG, INNER))
+    J, Jv, W = np.empty((ROWS, INNER)), np.zeros((ROWS, INNER)), np.empty((ROWS, INNER))
     H, P, D, Dv = np.empty((INNER, INNER)), np.empty((7, 7)), np.empty(STRAINS), np.empty(STRAINS)
     arms, arms_v, A, Q = np.empty((8, 10)), np.empty((8, 10)), np.empty((4, 6)), np.empty((4, LONG))
-    eps, rate, S = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS)
+    eps, rate, S, none = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS), np.zeros(ROWS)
+    U = np.empty((4, 4))
     for e in range(len(floats)):
         L, tau = floats[e, 0], floats[e, 1]
         _gather(y, ints, e, L, X)
@@ -531,13 +537,21 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
         if tau > 0.0:
             _gather(v, ints, e, L, V)
             _rates(X, V, eps, arms, rate)
-        _stresses(coef[e], tau, eps, rate, S)
+        _stresses(coef[e], tau, eps, rate, S, U)
+        S *= cK
         for r in range(STRAINS):
-            D[r], Dv[r], S[r] = coef[e, r] * (cK + cC * tau), coef[e, r] * cK * tau, cK * S[r]
+            c = cC * tau if BENDING <= r < SHEAR else cK + cC * tau
+            D[r], Dv[r] = coef[e, r] * c, coef[e, r] * cK * tau
         G[:], R[:], K[:] = 0.0, 0.0, 0.0
         _products(X, G)
         _points(arms, G)
         _derivatives(eps, J)
+        W[:] = 0.0
+        _weigh(D, J, W)
+        _weigh_bending(cK, U, J, W)
+        if tau > 0.0:
+            _changes(eps, rate, J, Jv)
+            _weigh(Dv, Jv, W)
         _curvatures(eps, J, S, W)
         _alike(arms, S, P)
         for a in range(7):
@@ -545,24 +559,15 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
                 for i in range(3):
                     K[3 * a + i, 3 * b + i] = P[a, b]
         _turning(arms, S, G, R, K, A, Q)
-        for r in range(BENDING, SECTION):
-            for j in range(INNER):
-                W[r, j] += D[r] * J[r, j]
+        _inner_rows(J, W, G, R, H)
         if tau > 0.0:
             Gv[:] = 0.0
             _products(V, Gv)
             _arm_rates(V, arms, arms_v)
             _points(arms_v, Gv)
-            _changes(eps, rate, J, Jv)
-            for r in range(BENDING, SECTION):
-                for j in range(INNER):
-                    W[r, j] += Dv[r] * Jv[r, j]
-        _inner_rows(J, W, G, R, H)
-        if tau > 0.0:
             W[:] = 0.0
-            for r in range(BENDING, SECTION):
-                for j in range(INNER):
-                    W[r, j] = Dv[r] * J[r, j]
+            _weigh(Dv, J, W)
+            _pull_back(eps, J, none, W)
             _inner_rows(J, W, Gv, R, H)
             _whole(J, Gv, Gv)
             _whole(Jv, G, Gv)

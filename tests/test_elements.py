@@ -16,7 +16,9 @@ from element_cases import (
 )
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
+from scipy.optimize import minimize_scalar
 
+from mechanics import beam3243
 from mechanics.description import Beam
 from mechanics.line_elements import MEMBRANE
 from meshes.materials import constant_material
@@ -211,18 +213,30 @@ def test_strains_of_the_beam_as_defined():
     e = [(normal_square((1 + z) / 2) - 1) / 2 for z in x]
     c = [np.sum(w / 2 * np.polynomial.Legendre.basis(k)(x) * e) for k in range(3)]
     radius2 = np.sqrt(s.second_moment_2 * s.second_moment_3) / s.area
-    slack = min(1.0, MEMBRANE * radius2 / L**2)
-    U = E * s.area * L / 2 * (c[0] ** 2 + 3 * c[1] ** 2 + 5 * slack * c[2] ** 2)
+    slack = min(1.0, beam3243.MEMBRANE * radius2 / L**2)
     points = 0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)
-    b = np.array([[bending(k, xi) for xi in points] for k in range(2)])
-    U += E * L / 4 * (np.array([s.second_moment_2, s.second_moment_3]) @ b**2).sum()
+    b = L * np.array([[bending(k, xi) for xi in points] for k in range(2)])
+    c[1] += np.sqrt(3) / 240 * np.sum(b[:, 1] ** 2 - b[:, 0] ** 2)
+    U = E * s.area * L / 2 * (c[0] ** 2 + 3 * c[1] ** 2 + 5 * slack * c[2] ** 2)
+    mean = b.mean(axis=1)
+    B = b + mean[0] * mean[1] / 12 * b[::-1]
+    moments, GJ = np.array([[s.second_moment_2], [s.second_moment_3]]), G * s.torsion_constant
+
+    def turned(phi):
+        """Energy of bending where the section turns by phi between the nodes."""
+        found = B + phi * np.array([[1.0], [-1.0]]) * B[::-1]
+        return E / (4 * L) * np.sum(moments * found**2) + 6 * GJ / L * phi**2
+
+    U += minimize_scalar(turned, (-0.1, 0.1), tol=1e-9).fun
     for k, factor in enumerate((s.shear_factor_2, s.shear_factor_3)):
         U += factor * G * s.area * L / 4 * (shear(k, 0.0) ** 2 + shear(k, 1.0) ** 2)
     for d in (a2, b2, a3, b3):
         U += E * s.area * L / 4 * ((d @ d - 1) / 2) ** 2
     U += G * s.area * L / 4 * ((a2 @ a3) ** 2 + (b2 @ b3) ** 2)
-    magnus = np.sqrt(3) / 12 * L * (b[0, 0] * b[1, 1] - b[1, 0] * b[0, 1])
-    U += G * s.torsion_constant * L / 2 * ((a3 @ b2 - a2 @ b3) / (2 * L) - magnus) ** 2
+    turn = (a3 @ b2 - a2 @ b3) / 2
+    turn *= 1 + (turn**2 + mean @ mean) / 6
+    turn -= np.sqrt(3) / 12 * (B[0, 0] * B[1, 1] - B[1, 0] * B[0, 1])
+    U += GJ / (2 * L) * turn**2
     assert case.energies(q, 0 * q, case.coefficients())[0] == pytest.approx(U, rel=1e-12)
 
 
