@@ -11,12 +11,11 @@ from rich.text import Text
 from coupling.casefile import FILE_NAME
 from coupling.joint_references import SIDES
 from coupling.reports.registry import REPORTS
-from coupling.scene import Integrator
+from coupling.scene import Analysis, Integrator
 from coupling.surface_tables import SURFACES
 from coupling.verify.registry import AREAS
 from mechanics.contact import DISSIPATION, EXPONENT
 from meshes.materials import Material, library, library_material
-from thermal.solvers import SOLVERS
 
 ELEMENTS = {
     "beam3243": "beam, the default: shears, bends, twists; 12 coordinates per node",
@@ -31,6 +30,13 @@ ELEMENTS = {
     "particle": "point mass",
 }
 """What the elements are, by their names in ``mechanics.elements.FAMILIES``."""
+HEAT = {
+    "line": "finite elements along beams and cables; shells as prescribed by walls",
+    "lumped": "the same by a network of lumps",
+    "prescribed": "walls give all temperatures, of beams, cables and shells",
+}
+"""What ``thermal.solvers.SOLVERS`` do."""
+ANALYSES = get_args(Analysis.model_fields["kind"].annotation)
 SCHEMES = get_args(Integrator.model_fields["scheme"].annotation)
 
 
@@ -38,12 +44,13 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     """Print all that a case may name, and the cases in ``folder``."""
     _section(out, f"cases under ./{folder}", _cases(folder))
     _section(out, "materials", [(n, _range(library_material(n))) for n in library()])
-    _section(out, "thermal solvers  (thermal.solver)", _bare(SOLVERS))
+    _section(out, "thermal solvers  (thermal.solver)", [*HEAT.items()])
     _section(out, "elements  (of bodies: kind or element)", [*ELEMENTS.items()])
     _section(out, "surfaces of shells  (body.NAME.surface.kind)", _bare(SURFACES))
     _section(out, "joints  (joint.NAME.kind)", _bare(SIDES))
     _section(out, "contact stiffness  (contact.stiffness)", _bare(EXPONENT))
     _section(out, "hysteresis laws  (contact.dissipation)", _bare(DISSIPATION))
+    _section(out, "analyses  (analysis.kind)", _bare(ANALYSES))
     _section(out, "schemes  (integrator.scheme)", _bare(SCHEMES))
     _section(out, "generated structures  (generate.NAME.kind)", _bare(["ring_truss"]))
     _section(out, "reports  (thermobody report ring_truss NAME)", _bare(REPORTS))

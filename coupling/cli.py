@@ -134,6 +134,8 @@ def run(
 ) -> None:
     """Run a case and write its results.
 
+    Motion in time, or what [analysis] says: equilibria over a load factor, modes of vibration.
+
     Makes results/001, 002, ... in the case folder and never overwrites one. What the case asks
     for under [output] is written when the run ends. Ctrl-C stops a run; what it has so far is
     kept and --resume goes on from there.
@@ -291,8 +293,8 @@ def export(
 def plot(result: ResultArgument) -> None:
     """Draw the results of a run.
 
-    Temperatures, motion of the probes, orbits and forces of the hinges, energies; as PNG files
-    next to results.h5.
+    Temperatures, motion of the probes, orbits and forces of the hinges, energies; in statics the
+    path of equilibria; as PNG files next to results.h5.
     """
     with _answering(), _reading(result):
         file = _results(result)

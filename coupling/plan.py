@@ -72,7 +72,20 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
         runs.append(
             ("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else ""))
         )
-    runs.append((f"mechanics.{scene.integrator.scheme}", _integration(scene)))
+    if scene.analysis.kind == "dynamics":
+        return [*runs, (f"mechanics.{scene.integrator.scheme}", _integration(scene))]
+    return [*runs, *_analysis(scene)]
+
+
+def _analysis(scene: Scene) -> list[tuple[str, str]]:
+    """Equilibrium at load factor 1, and vibrations about it."""
+    table = scene.analysis
+    text = f"load factor from 0 to 1, first load step 1/{table.steps}"
+    if table.arc_length:
+        text = f"path by arc length to load factor 1, at most {table.most_points} points"
+    runs = [("mechanics.statics", text)]
+    if table.kind == "modes":
+        runs.append(("mechanics.modes", f"{table.count} modes about the equilibrium"))
     return runs
 
 
@@ -97,6 +110,8 @@ def _integration(scene: Scene) -> str:
 
 
 def _coupling_runs(scene: Scene) -> list[tuple[str, str]]:
+    if scene.analysis.kind != "dynamics":
+        return []
     windows = f"{scene.time.windows} windows of {scene.time.window:g} s"
     if scene.thermal is None:
         return [("coupling.isothermal", windows)]
@@ -120,7 +135,9 @@ def _left_out(scene: Scene, system) -> list[str]:
         found.append("gravity: no [gravity]")
     if not _damped(scene):
         found.append("structural damping: no body has any")
-    return [*found, "mass matrix refill: density is constant"]
+    if scene.coupling.density == "constant":
+        found.append("mass matrix refill: density is constant")
+    return found
 
 
 def _undelivered(scene: Scene) -> list[str]:

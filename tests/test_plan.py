@@ -114,3 +114,28 @@ def test_frictional_heat_that_nobody_takes_is_said():
 def test_the_scheme_is_named(scheme):
     runs, _ = planned(BAR + HEAT + f'[coupling]\nscheme = "{scheme}"\n')
     assert f"coupling.{scheme}" in runs
+
+
+def test_plan_of_statics_and_modes_says_load_factors_not_windows(tmp_path):
+    from test_analyses import CASE
+
+    (tmp_path / "case.toml").write_text(CASE)
+    shown = {
+        kind: CliRunner().invoke(app, ["plan", str(tmp_path), *settings]).output
+        for kind, settings in {
+            "statics": ["--set", "analysis.kind=statics"],
+            "path": ["--set", "analysis.kind=statics", "--set", "analysis.arc_length=true"],
+            "modes": ["--set", "analysis.kind=modes", "--set", "analysis.count=3"],
+        }.items()
+    }
+    assert "load factor from 0 to 1, first load step 1/10" in shown["statics"]
+    assert "path by arc length to load factor 1, at most 200 points" in shown["path"]
+    assert "3 modes about the equilibrium" in shown["modes"]
+    assert not any("windows" in text or "hht" in text for text in shown.values())
+
+
+def test_list_says_what_every_thermal_solver_does():
+    from coupling.catalogue import HEAT
+    from thermal.solvers import SOLVERS
+
+    assert HEAT.keys() == SOLVERS.keys()
