@@ -253,7 +253,7 @@ def test_list_shows_cases_and_all_that_a_case_may_name(case, monkeypatch):
         "cases/torn  (cannot be read",
         "al6061-paper    73.15 K to 473.15 K",
         "prescribed  walls give all temperatures",
-            "dynamics, statics, modes",
+        "dynamics, statics, modes",
         "clearance_revolute",
         "lankarani-nikravesh",
         "hertz-internal",
