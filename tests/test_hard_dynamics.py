@@ -742,3 +742,18 @@ def test_hard_cases_from_the_case_file(name, tmp_path):
         assert times[0] == 0.0 and (code == 3 or times[-1] == pytest.approx(0.5))
     if code == 0:
         np.testing.assert_allclose(fall, -0.5 * G * times**2, atol=1e-9)
+
+
+@pytest.mark.xfail(strict=True, reason="sizes of corrections forget what is no number")
+@pytest.mark.parametrize("lost", ["one"])
+def test_one_of_two_bodies_that_is_lost_is_named(lost):
+    """Nothing joins them, so that the factors by blocks do not spread what is no number."""
+    motion = Motion([replace(BALL, name="one"), replace(BALL, name="two")])
+    load = push(lost, lambda t: np.nan if t > 0.495 else 1.0)
+    solver = Mechanics(
+        Description(list(motion.bodies), [], [load]), motion.solver().control, "blocks"
+    )
+    T = np.zeros((0, 3))
+    state, _, reason = solver.advance(solver.initial(T), 1.0, T, T)
+    assert f"{NOT_FINITE}{lost} position" in reason
+    assert np.all(np.isfinite(state.ledger))
