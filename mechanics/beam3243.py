@@ -268,5 +268,5 @@ def _between(M: Array, B: Array, k: Array, torsion: Array) -> Array:
     torsion : (n_e,) GJ/L
     """
     slope = (M[:, 0] * B[:, 1] - M[:, 1] * B[:, 0]).sum(axis=1)
-    stiffness = 12.0 * torsion + (k * B[:, ::-1] ** 2).sum(axis=(1, 2))
+    stiffness = 12.0 * torsion + kernels.TINY + (k * B[:, ::-1] ** 2).sum(axis=(1, 2))
     return -(slope / stiffness)[:, None, None]

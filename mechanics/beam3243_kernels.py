@@ -60,6 +60,9 @@ from mechanics.beam3243_tables import (
 )
 from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 
+TINY = 1e-300
+"""Added to a stiffness that is zero where an element is left without any."""
+
 
 @njit(cache=True, error_model="numpy")
 def _gather(q, ints, e, L, X):
@@ -150,7 +153,7 @@ def _relief(coef, b):
     A parabola that vanishes at the nodes: its torsion costs 6 GJ/L phi^2; it makes b_2 + phi b_3
     and b_3 - phi b_2 of the bending strains b (4,).
     """
-    slope, stiffness = 0.0, 12.0 * coef[TORSION]
+    slope, stiffness = 0.0, 12.0 * coef[TORSION] + TINY
     for g in range(2):
         k, m = coef[BENDING + g], coef[BENDING + 2 + g]
         M2 = k * (b[g] - coef[STRAINS + BENDING + g])
