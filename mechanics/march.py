@@ -99,7 +99,7 @@ PROJECTIONS = 4
 """Corrections of the positions of a projected step, at most."""
 ENOUGH = 2
 """Corrections that a step takes with an exact Jacobian; more are held against it [-]."""
-TRUST = 16
+TRUST = 32
 """Steps of one size in which a measured contraction of the corrections is relied upon, at most, and
 no more than had been taken with the same factors before [-]."""
 CAUTION = 4.0
