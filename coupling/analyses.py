@@ -76,8 +76,12 @@ def _statics(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, st
     table = model.scene.analysis
     rest = Place(0.0, system.layout.q0, np.zeros(system.m), np.zeros(system.n))
     if not table.arc_length:
-        found = equilibrium(system, c0, c1, table.steps)
-        places = [rest, rest._replace(t=found.fraction, q=found.q, lam=found.lam)]
+        places = [rest]
+
+        def keep(load: float, y: Array) -> None:
+            places.append(rest._replace(t=load, q=y[: system.n], lam=y[system.n :]))
+
+        found = equilibrium(system, c0, c1, table.steps, observe=keep)
         why, spent = found.why, found.iterations
     else:
         path = follow(system, c0, c1, count=table.most_points)

@@ -7,6 +7,7 @@ halved. Where that does not help, as beyond a limit load, a line search leads do
 next stable equilibrium (``mechanics.descent``): the structure snaps.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -92,6 +93,7 @@ def equilibrium(
     start: Equilibrium | None = None,
     tolerance: float = 1e-10,
     iterations: int = 30,
+    observe: Callable[[float, Array], None] | None = None,
 ) -> Equilibrium:
     """Static equilibrium at load factor 1.
 
@@ -105,6 +107,7 @@ def equilibrium(
     start : coordinates and multipliers to begin with; the reference
     tolerance : largest remaining correction, relative to ``System.scale``
     iterations : allowed to Newton's method in one load step
+    observe : called with the load factor and the unknowns (n + m,) after every accepted load step
     """
     y = at_rest(system) if start is None else np.concatenate([start.q, start.lam])
     fraction, increment, spent, bound = 0.0, 1.0 / steps, 0, UNHELD
@@ -127,6 +130,8 @@ def equilibrium(
             near, largest = False, 1.0 / steps
         if near:
             y, fraction = found.y, goal
+            if observe is not None:
+                observe(fraction, y)
             if found.iterations <= EASY and moved < 0.5 * LARGEST_STEP:
                 increment = min(2.0 * increment, largest)
             continue
