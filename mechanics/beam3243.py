@@ -20,9 +20,9 @@ section (2 x 3)     (d_k.d_k - 1)/2 and d2.d3 at the nodes                EA L/2
 ==================  ====================================================  =================
 
 with n_k = d_k/|d_k|, G_1 = (r'.r' - G_2^2 - G_3^2)^1/2, and b and c (B and C) the bending at the
-first and second point. The measured strain is the difference
-to the reference configuration, itself expanded by the thermal strain, so that a free uniform
-expansion of a curved, twisted beam is free of stress to round-off. The elastic energy is
+first and second point. The measured strain is the difference to the reference configuration,
+itself expanded by the thermal strain, so that a free uniform expansion of a curved, twisted beam
+is free of stress to round-off. The elastic energy is
 1/2 sum stiffness (strain)^2, at the turn phi of the section between the nodes where it is least:
 B_2 + phi B_3 and B_3 - phi B_2 replace the bending, and 6 GJ/L phi^2 is added.
 
@@ -45,7 +45,7 @@ strain, which is Green's Gamma_1 + Gamma_1^2/2:
   bending changes along the element (Magnus 1954); the difference makes torsion of fourth order.
 - Where bending stiffness differs, two moments twist the beam between the nodes,
   Mt' = kappa_2 M_3 - kappa_3 M_2. This turn, a parabola, is the internal coordinate phi: an error
-  of second order without it. It also lets a strip buckle sideways within an element.
+  of second order without it.
 - The cubic through points of an inextensible curve stretches, linearly by - kappa kappa' L^3/120.
   Taken out of the axial strain, it leaves tangents at the nodes of unit length; with it they
   would lock or grow along the beam. The quadratic part, of fourth order, is relieved: ``MEMBRANE``.
