@@ -86,7 +86,7 @@ class Integrator(Table):
     baumgarte_rate: Annotated[float, Quantity(quantities.RATE, above=0.0)] | None = Field(
         default=None, description="of baumgarte: decay of violations; default: 2 / step"
     )
-    solver: Literal["auto", "block", "superlu", "pardiso", "umfpack", "dense"] = Field(
+    solver: Literal["auto", "blocks", "superlu", "pardiso", "umfpack", "dense"] = Field(
         default="auto", description="of the linear systems; auto: by size, and what is installed"
     )
     tolerance: Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=0.1)] = Field(
