@@ -783,7 +783,11 @@ def _correct(w):
 
 @_inner
 def _in_balance(p, w):
-    """Forces of the trial as its accelerations say: the real ones but for what Newton left."""
+    """Forces of the trial as its accelerations say: the real ones but for what Newton left.
+
+    With them a step shows no defect in the ledger; steps that measure the contraction evaluate
+    their forces, and do.
+    """
     s, force, force0, inertial = (
         _real(w, SETTINGS), _real(w, FORCE1), _real(w, FORCE0), _real(w, INERTIA)
     )  # fmt: skip
