@@ -67,4 +67,3 @@ def _keys(size: int, rows: Indices, columns: Indices) -> NDArray[np.int64]:
     keys = columns[:, None, :] * size + rows[:, :, None]
     absent = (rows[:, :, None] < 0) | (columns[:, None, :] < 0)
     return np.where(absent, size * size, keys)
-

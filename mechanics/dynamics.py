@@ -135,9 +135,11 @@ def initial_state(
     """
     q, latched = system.layout.q0.copy(), np.zeros(len(system.program.latch_value))
     coef = _latched(system, coef, latched)
+    if why := _infinite(system, q, system.layout.v0, t, coef):
+        return None, why
     v = impulse(system, q, system.layout.v0.copy(), t, coef)
     found = None if v is None else balanced(system, q, v, t, coef)
-    if found is None or v is None:
+    if found is None or v is None or not np.all(np.isfinite(np.concatenate(found))):
         return None, (
             "initial accelerations: constraints contradict or repeat one another, "
             "or something without mass is free to move"
@@ -152,6 +154,14 @@ def initial_state(
     ledger[0] = _kinetic(system, v)
     ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
     return State(motion, ledger, 0, 0, np.zeros(4, np.int64), latched), ""
+
+
+def _infinite(system: System, q: Array, v: Array, t: float, coef: Coefficients) -> str:
+    """Where forces are not finite at the start; "" if they are."""
+    forces = system.residual(system.unknowns(q), _padded(system, v), t, coef)
+    off = np.flatnonzero(~np.isfinite(forces))
+    at = f"{system.name_of(int(off[0]))}, at t = {t:.9g} s" if off.size else ""
+    return _REASONS[march.INFINITE].format(at) if at else ""
 
 
 def impulse(system: System, q: Array, v: Array, t: float, coef: Coefficients) -> Array | None:

@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 MEMBRANE = 32.0
-"""Stiffness of the quadratic axial strain relative to that of bending [-].
+"""Stiffness of the quadratic axial strain of the cable relative to that of bending [-].
 
 It must exceed pi^2, or the axis of a strut would buckle within its elements before the strut
-does. Measured on beam3243, radius of gyration 1e-3 L: errors of the elastica (tip load 10 EI/L^2,
+does. Measured on a beam with the same axis, radius of gyration 1e-3 L: errors of the elastica (tip load 10 EI/L^2,
 4 and 8 elements) and gap of the roll-up to a full circle (4 and 8 elements):
 
 ====  ==============  =================

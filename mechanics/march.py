@@ -626,14 +626,15 @@ def _begin(w, h):
 
 
 @_inner
-def _note_trend(w, h):
+def _note_trend(p, w, h):
     """How well the change of the accelerations in the last step told that in this one."""
     a0, a1, y0 = _real(w, A), _real(w, A1_), _real(w, Y)
     earlier, trend, n, both, square = _real(w, EARLIER), _real(w, TREND), _real(w, A).size, 0.0, 0.0
+    scale = _real(p, P_SCALE)
     if trend[1] > 0.0:
         for i in range(n):
-            change = a0[i] - earlier[i]
-            both += change * (a1[i] - a0[i])
+            change = (a0[i] - earlier[i]) / scale[i]
+            both += change * (a1[i] - a0[i]) / scale[i]
             square += change * change
         part = both / square * trend[1] / h if square > 0.0 else 0.0
         trend[0] = min(max(part, 0.0), 1.0)
@@ -646,12 +647,11 @@ def _note_trend(w, h):
 
 @_inner
 def _jacobian(p, w, h):
-    """Factorise at the predicted configuration; False if singular."""
+    """Factorise where the trial is; False if singular."""
     s, step, data, jacobian = (
         _real(w, SETTINGS), _real(w, STEP), _real(w, DATA), _real(w, JACOBIAN)
     )  # fmt: skip
     weight = 1.0 - s[ALPHA_F]
-    _begin(w, h)
     matrix(
         p, _real(w, Y1_), _real(w, V1_), _acting(p, w), 1.0 - s[ALPHA_M], weight * step[1],
         weight * step[2], data,
@@ -797,6 +797,30 @@ def _in_balance(p, w):
 
 
 @_inner
+def _floor(p, w):
+    """Corrections below this mean nothing [-]."""
+    y, scale, n, largest = _real(w, Y), _real(p, P_SCALE), _real(w, A1_).size, 0.0
+    for i in range(n):
+        largest = max(largest, abs(y[i]) / scale[i])
+    return ROUND_OFF * largest
+
+
+@_inner
+def _size_of_correction(p, w):
+    """Size of a correction, of the accelerations, and the worst unknown; NaN if there is one."""
+    a, x, scale = _real(w, A1_), _real(w, X), _real(p, P_SCALE)
+    size, moved, worst = 0.0, 0.0, 0
+    for i in range(a.size):
+        one = abs(x[i]) / scale[i]
+        if not one <= size:
+            size, worst = one, i
+        if np.isnan(one):
+            break
+        moved = max(moved, abs(a[i]) / scale[i])
+    return size, moved, worst
+
+
+@_inner
 def _newton(p, w, h):
     """Correct until the estimated remaining correction is below the tolerance.
 
@@ -804,28 +828,14 @@ def _newton(p, w, h):
     same factors, except every ``TRUST``-th, which measures it.
     Returns the reason (DONE: converged), the number of corrections, the worst unknown.
     """
-    s, B, scale, jacobian = (
-        _real(w, SETTINGS),
-        _real(w, STEP)[1],
-        _real(p, P_SCALE),
-        _real(w, JACOBIAN),
-    )
-    y0, a1, x, trusted = _real(w, Y), _real(w, A1_), _real(w, X), _trusted(w, h)
-    n, floor = a1.size, 0.0
+    s, B, jacobian = _real(w, SETTINGS), _real(w, STEP)[1], _real(w, JACOBIAN)
+    n, trusted, floor = _real(w, A1_).size, _trusted(w, h), _floor(p, w)
     _begin(w, h)
-    for i in range(n):
-        floor = max(floor, abs(y0[i]) / scale[i])
-    floor *= ROUND_OFF
     before, contraction, worst = np.inf, trusted, 0
     for count in range(1, int(s[ITERATIONS]) + 2):
         _residual(p, w, h)
         _solve(p, w)
-        size, moved = 0.0, 0.0
-        for i in range(n):
-            one = abs(x[i]) / scale[i]
-            if not one <= size:
-                size, worst = one, i
-            moved = max(moved, abs(a1[i]) / scale[i])
+        size, moved, worst = _size_of_correction(p, w)
         tolerance = max(floor, min(s[NEWTON], ACCELERATION * B * moved))
         if not np.isfinite(size):
             return INFINITE, count, _first_infinite(_real(w, TOTAL), worst)
@@ -860,28 +870,43 @@ def _first_infinite(total, otherwise):
 
 @_inner
 def _step(p, w, h):
-    """A converged step with a Jacobian that may be old; reason, corrections, worst unknown."""
+    """A converged step with a Jacobian that may be old, else with one of the prediction.
+
+    Returns reason, corrections, worst unknown.
+    """
     _predict(w, h)
-    fresh, spent = not _serves(p, w, h), 0
-    while True:
-        if fresh and not _jacobian(p, w, h):
-            return SINGULAR, spent, 0
+    spent = 0
+    for fresh in range(2):
+        if fresh:
+            _begin(w, h)
+            if not _jacobian(p, w, h):
+                _residual(p, w, h)
+                lost = _first_infinite(_real(w, TOTAL), -1)
+                return (SINGULAR, spent, 0) if lost < 0 else (INFINITE, spent, lost)
+        elif not _serves(p, w, h):
+            continue
         why, count, worst = _newton(p, w, h)
         spent += count
         if why == DONE or fresh:
             _real(w, JACOBIAN)[WASTED] += max(0, count - ENOUGH)
-            return why, spent, worst
-        fresh = True
+            break
+    return why, spent, worst
 
 
 def project(p, w, h):
     """Positions that obey the constraints, nearest in the metric of the system matrix.
+
+    Where none are found the error of the step becomes infinite.
 
     The step has made the velocities obey them (index 2); what the positions lack is of third
     order (stabilised index 2; Lunk & Simeon 2006; Jay & Negrut 2007).
     """
     y, x, total, n = _real(w, Y1_), _real(w, X), _real(w, TOTAL), _real(w, A1_).size
     v, coef, scale = _real(w, V1_), _acting(p, w), _real(p, P_SCALE)
+    floor, size = 0.0, 0.0
+    for i in range(n):
+        floor = max(floor, abs(y[i]) / scale[i])
+    tolerance = max(_real(w, SETTINGS)[NEWTON], STALLED * ROUND_OFF * floor)
     for _ in range(PROJECTIONS):
         _fill(total, 0.0)
         forces(p, y, v, coef, CONSTRAINT, total)
@@ -892,9 +917,15 @@ def project(p, w, h):
         size = 0.0
         for i in range(n):
             y[i] += x[i]
-            size = max(size, abs(x[i]) / scale[i])
-        if size <= _real(w, SETTINGS)[NEWTON]:
+            one = abs(x[i]) / scale[i]
+            if not one <= size:
+                size, w.whole[WORST] = one, i
+            if np.isnan(one):
+                break
+        if not size > tolerance:
             break
+    if not size <= tolerance:
+        _real(w, STEP)[3] = np.inf
     _fill(total, 0.0)
     forces(p, y, v, coef, -1, total)
     _copy(total[:n], _real(w, FORCE1))
@@ -926,8 +957,10 @@ def _error(p, w, h):
     worst, size = 0, 0.0
     for i in range(a1.size):
         one = abs(a1[i] - kept * a0[i]) / scale[i]
-        if one > size:
+        if not one <= size:
             worst, size = i, one
+        if np.isnan(one):
+            break
     return factor * h * h * size / s[TOLERANCE], worst
 
 
@@ -950,6 +983,8 @@ def attempt(p, w, h):
         return INACCURATE
     if w.whole[PROJECT_AT] != 0:
         demand_at(w.whole[PROJECT_AT])(p, w, h)
+        if step[3] == np.inf:
+            return UNCONVERGED
     limited, limits, y = _whole(p, P_LIMITED), _real(p, P_LIMITS), _real(w, Y1_)
     for i in range(limited.size):
         if not limits[2 * i] <= y[limited[i]] <= limits[2 * i + 1]:
@@ -1306,7 +1341,7 @@ def take(p, w, h, old):
     if before.size:
         _copy(y, before)
         _copy(v, before[y.size :])
-    _note_trend(w, h)
+    _note_trend(p, w, h)
     _copy(_real(w, Y1_), y)
     _copy(_real(w, V1_), v)
     _copy(_real(w, A1_), _real(w, A))

@@ -121,7 +121,7 @@ class System:
         for k, term in enumerate(self.terms):
             for row, column, history in getattr(term, "signals", ()):
                 changed[k] = changed[k].copy() if changed[k] is coef[k] else changed[k]
-                changed[k][row, column] = history(t)
+                changed[k][row, column] = _value(history, t)
         return tuple(changed)
 
     def packed_at(self, T: Array) -> march.Packed:
@@ -423,16 +423,21 @@ def _histories(terms: Sequence[Any], columns: Sequence[int]) -> list[tuple[int, 
     return found
 
 
+def _value(history: History, t: float) -> float:
+    """Of a function of time; one that fails gives no number."""
+    try:
+        return float(history(t))
+    except Exception:
+        return np.nan
+
+
 def _signals(histories: Sequence[tuple[int, History]]) -> int:
     """Address of what writes the functions of time; a failing one writes a NaN."""
 
     def write(t: float, address: int) -> None:
         values = (ctypes.c_double * len(histories)).from_address(address)
         for i, (_, history) in enumerate(histories):
-            try:
-                values[i] = float(history(t))
-            except (ArithmeticError, ValueError):
-                values[i] = np.nan
+            values[i] = _value(history, t)
 
     return callback(write, ctypes.c_double, ctypes.c_int64) if histories else 0
 

@@ -412,12 +412,16 @@ def slender_beam_swings_as_a_chain():
 
 
 def slender_beam_is_driven():
-    """In a steady turn only the centrifugal stretch is left: rho w^2 L^3 / (3 E), 1e-6."""
-    beam = replace(straight(1.0, 8, THIN, METAL), spin=10.0 * Z)
+    """In a steady turn only the centrifugal stretch is left: rho w^2 L^3 / (3 E), 1e-6.
+
+    It starts unstretched: axial waves press elements together now and then, and those of a
+    coarser mesh (8) buckle.
+    """
+    beam = replace(straight(1.0, 16, THIN, METAL), spin=10.0 * Z)
     drive = Revolute("drive", Site("beam", 0), Site(None), Z, angle=lambda t: 10.0 * t)
     for h, tolerance in ((1e-4, np.inf), (1e-2, 1e-5)):
         end = Run.to_its_end(Motion([beam], [drive], h=h, tolerance=tolerance, end=0.1))
-        np.testing.assert_allclose(end.at("beam", 8), direction(1.0), atol=1e-4)
+        np.testing.assert_allclose(end.at("beam", 16), direction(1.0), atol=1e-4)
 
 
 def stiff_bar_is_as_good_as_rigid():
@@ -524,7 +528,6 @@ def test_fixed_steps_that_are_too_large_hold_the_joints_or_say_so(scheme, spin):
             assert end.gap() < 1e-10
 
 
-@pytest.mark.xfail(strict=True, reason="projections that did not converge are accepted")
 @pytest.mark.parametrize("name", SCHEMES)
 def test_projected_positions_hold_the_joints_or_the_step_is_refused(name):
     for h, spin in product((0.05, 0.1, 0.3, 1.0), (0.0, 3.0, 10.0, 30.0)):
@@ -535,13 +538,11 @@ def test_projected_positions_hold_the_joints_or_the_step_is_refused(name):
         assert end.gap() < 1e-9
 
 
-@pytest.mark.xfail(strict=True, reason="a matrix that is not finite is called singular")
 def test_a_drive_that_becomes_no_number_is_named():
     lost = driven(lambda t: t if t < 0.495 else np.nan)
     assert NOT_FINITE in why(Motion([HUB], [lost]))
 
 
-@pytest.mark.xfail(strict=True, reason="forces are not looked at before the first step")
 def test_a_load_that_is_no_number_at_the_start_is_named():
     load = push("ball", lambda t: np.nan)
     with pytest.raises(ValueError, match="forces are not finite at ball position"):
@@ -599,7 +600,6 @@ UNITS = [(2.0**10, 2.0**-10), (2.0**-10, 1.0), (2.0**20, 2.0**30), (2.0**-20, 2.
 """Lengths and masses: all but millimetres and tonnes. Powers of two leave rounding as it is."""
 
 
-@pytest.mark.xfail(strict=True, reason="the trend of the accelerations mixes m/s^2 and 1/s^2")
 @pytest.mark.parametrize("constraints", FORMULATIONS)
 @pytest.mark.parametrize("tolerance", [1e-5, 1.0])
 def test_all_units_give_the_same_steps_and_the_same_motion(tolerance, constraints):
@@ -744,7 +744,6 @@ def test_hard_cases_from_the_case_file(name, tmp_path):
         np.testing.assert_allclose(fall, -0.5 * G * times**2, atol=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="sizes of corrections forget what is no number")
 @pytest.mark.parametrize("lost", ["one"])
 def test_one_of_two_bodies_that_is_lost_is_named(lost):
     """Nothing joins them, so that the factors by blocks do not spread what is no number."""

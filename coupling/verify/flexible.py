@@ -107,7 +107,7 @@ def extension() -> list[Result]:
     """S = EA (x'^2 - 1)/2 (Green's strain); (S x')' + m speed^2 x = 0, S(L) = 0.
 
     Nodes of cubics are exact to sixth order. In a slender beam the quadratic part of the axial
-    strain is soft (``line_elements.MEMBRANE``); coarse meshes pay for it here.
+    strain is soft (``mechanics.beam3243.MEMBRANE``); coarse meshes pay for it here.
     """
     EA, m, L, speed = 2.8e7, 1.2, 10.0, 100.0
 
