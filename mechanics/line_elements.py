@@ -21,8 +21,8 @@ MEMBRANE = 32.0
 """Stiffness of the quadratic axial strain of the cable relative to that of bending [-].
 
 It must exceed pi^2, or the axis of a strut would buckle within its elements before the strut
-does. Measured on a beam with the same axis, radius of gyration 1e-3 L: errors of the elastica (tip load 10 EI/L^2,
-4 and 8 elements) and gap of the roll-up to a full circle (4 and 8 elements):
+does. Measured on a beam with the same axis, radius of gyration 1e-3 L: errors of the elastica (tip
+load 10 EI/L^2, 4 and 8 elements) and gap of the roll-up to a full circle (4 and 8 elements):
 
 ====  ==============  =================
 8     .13 %, .018 %   fails, .13 %
