@@ -46,10 +46,7 @@ def milliseconds(work, repeat=40):
 @pytest.mark.benchmark
 @pytest.mark.parametrize("damping", [0.0, 1e-3])
 def test_time_of_forces_and_tangents(damping, capsys):
-    """1296 elements: forces in a millisecond, tangents in seven without damping and nine with.
-
-    A tangent has 24 columns; differences of forces would cost 24 times as much as forces.
-    """
+    """1296 elements: a tangent has 24 columns; differences of forces would cost 24 times theirs."""
     term, q, v, coef, shape, places = members(damping)
     out, data = np.zeros_like(q), shape.zeros()
     force = milliseconds(lambda: kernels.add_force(term, q, v, coef, out))
@@ -63,6 +60,4 @@ def test_time_of_forces_and_tangents(damping, capsys):
             f"tangent {tangent:.2f} ms ({tangent / force:.1f} forces, "
             f"{tangent / product:.1f} products of 24 x 24 matrices), energy {energy:.2f} ms"
         )
-    assert force < 1.0
-    assert tangent < (9.0 if damping else 7.0)
-    assert tangent < 24 * force
+    assert tangent < 16.0 * force
