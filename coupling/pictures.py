@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+ROUND_OFF = 1e-12
+"""Gradients below this part of the temperature, per metre, are drawn as none [1/m]."""
 MOST_BODIES = 3
 MOST_PROBES = 3
 PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
@@ -70,7 +72,9 @@ def draw_temperature(results: Results, figure: "Figure") -> None:
         along = _arclength(results[f"bodies/{body}/position"][0])
         mean, g2, g3 = np.moveaxis(results[f"bodies/{body}/temperature"], -1, 0)
         _map(left, time, along, mean - 273.15, "inferno", "°C")
-        _map(right, time, along, np.hypot(g2, g3), "viridis", "K/m")
+        gradient = np.hypot(g2, g3)
+        gradient[gradient < ROUND_OFF * np.abs(mean).max()] = 0.0
+        _map(right, time, along, gradient, "viridis", "K/m")
         left.set_title(f"{body}: mean of the section")
         right.set_title(f"{body}: transverse gradient")
         left.set_ylabel("along the body [m]")
