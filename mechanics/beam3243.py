@@ -62,6 +62,7 @@ from mechanics import line_elements as line
 from mechanics.beam3243_tables import AXIAL, BENDING, MAGNUS, SECTION, SHEAR, STRAINS, TORSION
 from mechanics.description import Beam
 from mechanics.layout import Layout
+from mechanics.prediction import shifted
 
 Array = NDArray[np.float64]
 
@@ -190,6 +191,10 @@ class Beam3243:
         free[:, TORSION] += (middle**3 - middle) * self._reference_sine**3 / 6.0
         free[:, SECTION:] *= np.tile(stretch[:, :2], 3)
         return free
+
+    def predicted(self, coef: Array, y: Array, step: Array, new: Array) -> Array:
+        """Coefficients with the stress that is predicted, see ``mechanics.prediction``."""
+        return shifted(coef, slice(STRAINS, 2 * STRAINS), self._strains, y, step, new)
 
     def resultants(self, y: Array, v: Array, coef: Array) -> Array:
         """Section resultants N, Q2, Q3, Mt, M2, M3 of each element, (n_e, 6) [N, N m].

@@ -36,7 +36,6 @@ class Bushings:
 
     name = "bushings"
     force, tangent, energy = kernels.add_force, kernels.add_tangent, kernels.add_energy
-    columns = 0
     signals: Sequence = ()
     symmetric = True
 

@@ -34,7 +34,6 @@ class Solver(NamedTuple):
         need
     factor, solve : addresses of kernels (``kernels.FACTOR``, ``SOLVE``)
     library : makes a library of its own for each factorisation from Python, where one is needed
-    factor_outside, solve_outside : addresses of a library (``kernels.OUTSIDE``); 0: compiled
     """
 
     name: str
@@ -43,8 +42,6 @@ class Solver(NamedTuple):
     factor: int
     solve: int
     library: Callable[[], libraries.Library] | None = None
-    factor_outside: int = 0
-    solve_outside: int = 0
 
     def factorise(self, data: Array) -> Solve | None:
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
@@ -279,7 +276,7 @@ def _outside(make: Callable[[], libraries.Library], pattern: Pattern) -> Solver:
     library = make()
     addresses = _addresses(library, pattern)
     kernels = kernel(FACTOR)(factor_library), kernel(SOLVE)(solve_library)
-    return Solver(library.name, np.array(addresses), 1, *kernels, make, *addresses)
+    return Solver(library.name, np.array(addresses), 1, *kernels, make)
 
 
 def factor_library(ints, data, work):

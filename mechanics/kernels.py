@@ -83,29 +83,6 @@ def at(signature: Any) -> Any:
     return function
 
 
-@intrinsic
-def _part(typing_context, array, start, stop):
-    """array[start:stop] of a line, unchecked and uncounted: it must not outlive the array."""
-
-    def generate(context, builder, sig, args):
-        whole = context.make_array(array)(context, builder, args[0])
-        made = context.make_array(array)(context, builder)
-        count, size = builder.sub(args[2], args[1]), context.get_constant(types.intp, 8)
-        made.data, made.nitems, made.itemsize = (
-            builder.gep(whole.data, [args[1]]), count, size,
-        )  # fmt: skip
-        made.shape = cgutils.pack_array(builder, [count])
-        made.strides = cgutils.pack_array(builder, [size])
-        made.meminfo = cgutils.get_null_value(made.meminfo.type)
-        made.parent = cgutils.get_null_value(made.parent.type)
-        return made._getvalue()
-
-    return array(array, types.int64, types.int64), generate
-
-
-part: Any = _part
-
-
 force_at = at(FORCE)
 tangent_at = at(TANGENT)
 energy_at = at(ENERGY)

@@ -315,8 +315,8 @@ def field(store: Memory, name: int, *shape: int) -> Array:
 def _fields(name: str) -> Any:
     """Intrinsic that takes field k of the lines ``name`` of a program or a memory.
 
-    The same as ``part`` with the places looked up; a compiled function would take longer to compile
-    than all that it does, once for each field.
+    Unchecked and uncounted: it must not outlive the store. A compiled function would take longer to
+    compile than all that it does, once for each field.
     """
 
     @intrinsic

@@ -72,10 +72,4 @@ def shifted(
 
 
 def _shifted(term: Any, coef: Array, y: Array, step: Array, new: Array) -> Array:
-    if hasattr(term, "predicted"):
-        return term.predicted(coef, y, step, new)
-    if term.name != "beam3243":
-        return coef
-    from mechanics.beam3243_kernels import STRAINS
-
-    return shifted(coef, slice(STRAINS, 2 * STRAINS), term._strains, y, step, new)
+    return term.predicted(coef, y, step, new) if hasattr(term, "predicted") else coef

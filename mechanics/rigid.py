@@ -83,7 +83,6 @@ class Rigid:
 
     name = "rigid"
     force, tangent, energy = add_force, add_tangent, 0
-    columns = 0
     signals: Sequence = ()
     symmetric = True
 
