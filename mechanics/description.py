@@ -356,10 +356,13 @@ class Fixing:
 
 @dataclass(frozen=True)
 class NormalContact:
-    """Normal law of a clearance joint.
+    """Normal law of a joint with clearance, F = F_e(delta) (1 + D delta'/v).
 
-    stiffness : "hertz-external" (the paper), "hertz-internal" or "linear"
-    value : float | None  [N/m^1.5] or [N/m]; None: Hertz from radii and materials
+    Attributes
+    ----------
+    stiffness : name in ``mechanics.contact.STIFFNESS``: "hertz-external" (Hua et al. 2026),
+        "hertz-internal", "cylinder" (conformal, Johnson) or "linear"
+    value : float | None  [N/m^1.5] or [N/m], of the whole joint; None: from radii and materials
     dissipation : name in ``mechanics.contact.DISSIPATION``
     restitution : float  0 < e <= 1
     reference_speed : float | None [m/s]  None: approach speed detected for each impact
@@ -374,9 +377,23 @@ class NormalContact:
 
 @dataclass(frozen=True)
 class Friction:
-    """Regularised Coulomb friction with mu(T) = coefficient * (1 + slope (T - reference)).
+    """Friction of a joint with clearance; T is the mean of journal and bearing temperature.
 
-    T is the mean of journal and bearing temperature.
+    Attributes
+    ----------
+    coefficient : kinetic coefficient at the reference temperature
+    law : name in ``mechanics.contact.FRICTION``: "regularised" Coulomb, Coulomb with true "stick",
+        "stribeck" (regularised), "lugre", "rising" (stick whose bound grows with its duration)
+    static_coefficient : float | None  None: as the kinetic one
+    temperature_slope : float [1/K]  mu(T) = mu (1 + slope (T - reference)), both coefficients
+    table : ((T [K], factor), ...)  instead of the slope: both coefficients times a factor, linear
+        between, constant beyond
+    regularisation_speed : float [m/s]  of laws without stick: slip speed with half of the friction
+    stribeck_speed : float [m/s];  viscous : float [s/m]  viscous part over normal force
+    presliding : float [m]  of laws with bristles: deflection at which mu_s F is reached
+    bristle_damping : float [s/m]  over normal force
+    rise_rate : float [1/s^m];  rise_exponent : m of mu_s(tau) = mu_s - (mu_s - mu_k) e^(-rate tau^m)
+    partition : name in ``mechanics.contact.PARTITION``
     """
 
     coefficient: float
@@ -384,18 +401,32 @@ class Friction:
     reference_temperature: float = 298.15
     regularisation_speed: float = 1e-4
     partition: str = "effusivity"
+    law: str = "regularised"
+    static_coefficient: float | None = None
+    table: Sequence[tuple[float, float]] | None = None
+    stribeck_speed: float = 1e-3
+    viscous: float = 0.0
+    presliding: float = 1e-7
+    bristle_damping: float = 0.0
+    rise_rate: float = 0.570
+    rise_exponent: float = 0.629
 
 
 @dataclass(frozen=True)
 class ClearanceRevolute:
-    """Planar revolute joint with clearance in space.
+    """Revolute joint with clearance: a pin (journal) in a bore (bearing).
 
-    The journal centre (node ``journal``) moves inside the bearing circle in the plane normal
-    to ``axis``; it is held along the axis and against tilt by constraints. ``angle`` [rad],
-    if given, drives the rotation of the journal relative to the bearing.
+    Without a ``length`` it is planar: the centre of the journal moves inside the bearing circle in
+    the plane normal to ``axis``; it is held along the axis and against tilt by constraints. With a
+    length nothing is held: the pin touches at both ends of the bore, tilts, and is stopped along
+    the axis by two flanges, where ``axial_clearance`` says how far away they are.
+    ``angle`` [rad], if given, drives the rotation of the journal relative to the bearing.
 
     radius : float [m]  journal radius
     clearance : float [m]  radial, at the reference temperature
+    length : float [m] | None  of the bore
+    axial_clearance : float [m] | None  of each flange; None: free along the axis
+    flange_radius : float [m] | None  where flanges touch; None: 1.5 radii
     """
 
     name: str
@@ -410,6 +441,104 @@ class ClearanceRevolute:
     contact: NormalContact = field(default_factory=NormalContact)
     friction: Friction | None = None
     angle: History | None = None
+    length: float | None = None
+    axial_clearance: float | None = None
+    flange_radius: float | None = None
+
+
+@dataclass(frozen=True)
+class ClearanceSpherical:
+    """A ball (journal) in a socket (bearing) that is a little wider.
+
+    radius : float [m]  of the ball;  clearance : float [m]  radial
+    """
+
+    name: str
+    journal: Site
+    bearing: Site
+    radius: float
+    clearance: float
+    journal_material: Material
+    bearing_material: Material
+    reference_temperature: float
+    contact: NormalContact = field(default_factory=NormalContact)
+    friction: Friction | None = None
+
+
+@dataclass(frozen=True)
+class ClearanceCylindrical:
+    """A rod (journal) in a bush (bearing): it touches at both ends of the bush, slides and turns.
+
+    radius : float [m]  of the rod;  clearance : float [m]  radial;  length : float [m]  of the bush
+    """
+
+    name: str
+    journal: Site
+    bearing: Site
+    axis: Array
+    radius: float
+    clearance: float
+    length: float
+    journal_material: Material
+    bearing_material: Material
+    reference_temperature: float
+    contact: NormalContact = field(default_factory=NormalContact)
+    friction: Friction | None = None
+
+
+@dataclass(frozen=True)
+class ClearanceTranslational:
+    """A slider (journal) between the walls of a guide (bearing); its corners touch them.
+
+    Without a ``width`` it is planar: constraints hold the slider in the plane of ``axis`` and
+    ``normal``, and four corners can touch two walls. With a width, eight corners can touch four
+    walls, and nothing is held.
+
+    axis : (3,) float  of the guide;  normal : (3,) float  of the walls across the height
+    length, height, width : float [m]  of the slider
+    clearance : float [m]  at each wall, at the reference temperature
+    corner_radius : float [m] | None  of rounded corners, for Hertz stiffness
+    """
+
+    name: str
+    journal: Site
+    bearing: Site
+    axis: Array
+    normal: Array
+    length: float
+    height: float
+    clearance: float
+    journal_material: Material
+    bearing_material: Material
+    reference_temperature: float
+    contact: NormalContact = field(default_factory=NormalContact)
+    friction: Friction | None = None
+    width: float | None = None
+    corner_radius: float | None = None
+
+
+@dataclass(frozen=True)
+class Telescope:
+    """A tube (``inner``) in a tube (``outer``) with clearance; both bend, contact travels.
+
+    The inner tube can touch at its nodes and the given number of stations between them, where they
+    are inside the outer one, and at the mouth of the outer tube.
+
+    inner, outer : names of beams;  mouth : "start" or "end" of the outer one
+    radius : float [m]  outer radius of the inner tube;  clearance : float [m]  radial
+    stations : of contact in each element of the inner tube, its nodes aside
+    """
+
+    name: str
+    inner: str
+    outer: str
+    radius: float
+    clearance: float
+    reference_temperature: float
+    mouth: str = "end"
+    stations: int = 0
+    contact: NormalContact = field(default_factory=NormalContact)
+    friction: Friction | None = None
 
 
 @dataclass(frozen=True)
@@ -465,8 +594,13 @@ Body = Beam | Particle | RigidBody | Shell
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
     | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
-    | ClearanceRevolute
+    | ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical | ClearanceTranslational
+    | Telescope
 )  # fmt: skip
+Clearance = (
+    ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical | ClearanceTranslational
+)  # fmt: skip
+"""Joints of a journal in a bearing, each of which has a temperature of its own."""
 Load = Force | Moment | Torque | Traction
 
 
