@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from coupling import quantities
+from coupling.contact_tables import Contact, Friction
 from coupling.fields import (
     Count,
     PositiveLength,
@@ -39,6 +40,30 @@ class Shock(Table):
     duration: PositiveTime = Field(description="how long it takes")
 
 
+class Clearance(Table):
+    """Play in the hinges of a ring: each revolute is a pin in a bore that is a little wider.
+
+    Journals are the ends of chords and diagonals, bearings those of battens; both are of the
+    material of the members.
+    """
+
+    radius: PositiveLength = Field(description="of every pin")
+    clearance: PositiveLength = Field(description="radius of the bore - radius of the pin")
+    spherical: bool = Field(
+        default=False, description="whether spherical hinges as well are balls in wider sockets"
+    )
+    reference_temperature: Temperature | None = Field(
+        default=None,
+        description="at which the clearance holds; default: thermal.initial, else 20 degC",
+    )
+    contact: Contact = Field(default_factory=Contact, description="normal law")
+    friction: Friction | None = Field(default=None, description="absent: no friction")
+
+    def odd_values(self) -> Iterator[tuple[str, str]]:
+        if self.clearance >= self.radius:
+            yield "clearance", f"must be below the radius of the pin, {self.radius:g} m"
+
+
 class RingTruss(Table):
     """A ring of hinged members: bodies, joints and, where given, loads and temperatures.
 
@@ -66,6 +91,7 @@ class RingTruss(Table):
     support: Literal["clamp", "none"] = Field(
         default="clamp", description="of the foot of the first batten"
     )
+    clearance: Clearance | None = Field(default=None, description="absent: hinges without play")
     shakers: Shakers | None = Field(default=None, description="absent: no forces")
     shock: Shock | None = Field(default=None, description="absent: no temperatures are given")
 

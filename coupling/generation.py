@@ -17,7 +17,7 @@ def made_by(table: RingTruss) -> Tables:
     truss = ring_truss(table.bays, table.diameter, table.height, table.pieces, table.fitting)
     made: Tables = {
         "body": {m.name: _member(m, table) for m in truss.members},
-        "joint": {h.name: _hinge(h) for h in truss.hinges},
+        "joint": {h.name: _hinge(h, table) for h in truss.hinges},
     }
     if table.support == "clamp":
         post, at = truss.corners[0]
@@ -44,14 +44,22 @@ def _member(member: Member, table: RingTruss) -> Tables:
     }
 
 
-def _hinge(hinge: Hinge) -> Tables:
-    ends = {
-        "a": {"body": hinge.a, "at": hinge.at},
-        "b": {"body": hinge.base, "at": hinge.base_at},
+def _hinge(hinge: Hinge, table: RingTruss) -> Tables:
+    ends = ({"body": hinge.a, "at": hinge.at}, {"body": hinge.base, "at": hinge.base_at})
+    turning = {} if hinge.axis is None else {"axis": hinge.axis.tolist()}
+    kind = "revolute" if turning else "spherical"
+    play = table.clearance
+    if play is None or not (turning or play.spherical):
+        return {"kind": kind, "a": ends[0], "b": ends[1], **turning}
+    return {
+        "kind": f"clearance_{kind}",
+        "journal": ends[0],
+        "bearing": ends[1],
+        **turning,
+        "journal_material": table.material,
+        "bearing_material": table.material,
+        **play.model_dump(exclude={"spherical"}, exclude_unset=True, by_alias=True),
     }
-    if hinge.axis is None:
-        return {"kind": "spherical", **ends}
-    return {"kind": "revolute", **ends, "axis": hinge.axis.tolist()}
 
 
 def _shakers(truss: Truss, table: RingTruss) -> Tables:

@@ -33,8 +33,11 @@ constraints Phi_q and its transpose, not multiplied by anything, to data[slots[e
 ENERGY = void(_line, _line, _table, _wholes, _table, _line)
 """energy(y, v, coef, ints, floats, out): add stored energy [J], power [W] lost in damping, power
 [W] done by damping on changing free strains to out (3,)."""
-RESPOND = void(_line, _line, _table, _wholes, _table, _table, _table)
-"""respond(y, v, coef, ints, floats, response, split): contact columns of each joint."""
+RESPOND = void(_line, _line, _table, _wholes, _table, _table)
+"""respond(y, v, coef, ints, floats, response): columns (``mechanics.march``) of each contact."""
+REMEMBER = void(_line, _line, _table, _wholes, _table, _table)
+"""remember(y, v, coef, ints, floats, history): history (n_c, 7) of each contact at the end of the
+step for which the coefficients hold the history at its beginning."""
 FACTOR = int64(_whole, _line, _line)
 """factor(ints, data, work): 0, or 1 where the matrix is singular."""
 SOLVE = void(_whole, _line, _line)
@@ -87,6 +90,7 @@ force_at = at(FORCE)
 tangent_at = at(TANGENT)
 energy_at = at(ENERGY)
 respond_at = at(RESPOND)
+remember_at = at(REMEMBER)
 factor_at = at(FACTOR)
 solve_at = at(SOLVE)
 signals_at = at(SIGNALS)
@@ -109,8 +113,13 @@ def _energy(address, y, v, coef, ints, floats, out):
 
 
 @njit(cache=True)
-def _respond(address, y, v, coef, ints, floats, response, split):
-    respond_at(address)(y, v, coef, ints, floats, response, split)
+def _respond(address, y, v, coef, ints, floats, response):
+    respond_at(address)(y, v, coef, ints, floats, response)
+
+
+@njit(cache=True)
+def _remember(address, y, v, coef, ints, floats, history):
+    remember_at(address)(y, v, coef, ints, floats, history)
 
 
 def add_force(term: Any, y: Array, v: Array, coef: Array, out: Array) -> None:
@@ -133,18 +142,25 @@ def energies(term: Any, y: Array, v: Array, coef: Array) -> Array:
     return out
 
 
-def responses(term: Any, y: Array, v: Array, coef: Array) -> tuple[Array, Array]:
-    """Response (n_j, 13) and dissipative forces (n_j, 6) of a term of contacts."""
-    response, split = np.zeros((len(term.dofs), 13)), np.zeros((len(term.dofs), 6))
-    _respond(term.respond, y, v, coef, term.ints, term.floats, response, split)
-    return response, split
+def responses(term: Any, y: Array, v: Array, coef: Array, columns: int) -> Array:
+    """Response (n_c, columns) of a term of contacts."""
+    response = np.zeros((len(coef) * term.slots, columns))
+    _respond(term.respond, y, v, coef, term.ints, term.floats, response)
+    return response
+
+
+def histories(term: Any, y: Array, v: Array, coef: Array, columns: int) -> Array:
+    """History (n_c, columns) of a term of contacts at the end of a step."""
+    history = np.zeros((len(coef) * term.slots, columns))
+    _remember(term.remember, y, v, coef, term.ints, term.floats, history)
+    return history
 
 
 def tangent_blocks(
     term: Any, y: Array, v: Array, coef: Array, cK: float, cC: float
 ) -> NDArray[np.float64]:
     """(n_e, k, k) tangents of all elements, for tests and dense work."""
-    count, k = term.dofs.shape
+    count, k = getattr(term, "pattern_dofs", term.dofs).shape
     data = np.zeros(count * k * k)
     slots = np.arange(count * k * k, dtype=np.int64).reshape(count, k * k)
     add_tangent(term, y, v, coef, cK, cC, slots, data)
