@@ -1,5 +1,7 @@
 """What the mechanical module needs to know of a scene, in its own words."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,10 +47,14 @@ def flexible_bodies(scene: Scene) -> dict[str, body_tables.LineBody | body_table
     return {n: b for n, b in scene.body.items() if isinstance(b, kinds)}
 
 
-def clearance_joints(scene: Scene) -> dict[str, contact_tables.ClearanceRevolute]:
+def loose_joints(scene: Scene) -> dict[str, contact_tables.Loose]:
     """The joints with clearance by name."""
-    kind = contact_tables.ClearanceRevolute
-    return {n: j for n, j in scene.joint.items() if isinstance(j, kind)}
+    return {n: j for n, j in scene.joint.items() if isinstance(j, contact_tables.Loose)}
+
+
+def sided_joints(scene: Scene) -> dict[str, contact_tables.Sided]:
+    """The joints with clearance of a journal in a bearing, by name."""
+    return {n: j for n, j in scene.joint.items() if isinstance(j, contact_tables.Sided)}
 
 
 def motion_description(scene: Scene) -> motion.Description:
@@ -101,7 +107,7 @@ def _shell(scene: Scene, name: str, table: body_tables.ShellBody) -> motion.Shel
 
 
 def _reference(
-    table: body_tables.LineBody | body_tables.ShellBody | contact_tables.ClearanceRevolute,
+    table: body_tables.LineBody | body_tables.ShellBody | contact_tables.Loose,
 ) -> float:
     assert table.reference_temperature is not None  # filled in when the case was read
     return table.reference_temperature
@@ -165,9 +171,11 @@ def _at_node(site: Site, point: Array) -> Site:
 
 
 def _joint(scene: Scene, name: str, table: joint_tables.Joint) -> motion.Joint:
+    if isinstance(table, contact_tables.Sided):
+        return _clearance(scene, name, table)
     match table:
-        case contact_tables.ClearanceRevolute():
-            return _clearance(scene, name, table)
+        case contact_tables.Telescope():
+            return _telescope(name, table)
         case joint_tables.Gear():
             return motion.Gear(name, table.first, table.second, table.ratio)
         case joint_tables.Latch():
@@ -232,17 +240,40 @@ def _of_two_sides(
     raise TypeError(f"no joint with two sides: {table.kind}")
 
 
-def _clearance(
-    scene: Scene, name: str, table: contact_tables.ClearanceRevolute
-) -> motion.ClearanceRevolute:
+CLEARANCES: dict[str, type[motion.Clearance]] = {
+    "clearance_revolute": motion.ClearanceRevolute,
+    "clearance_spherical": motion.ClearanceSpherical,
+    "clearance_cylindrical": motion.ClearanceCylindrical,
+    "clearance_translational": motion.ClearanceTranslational,
+}
+"""What tables of journals in bearings describe."""
+
+
+def _clearance(scene: Scene, name: str, table: contact_tables.Sided) -> motion.Clearance:
+    """Sizes have the same names in the table as in the description."""
     journal, bearing, _ = sites_of(scene, table.journal, table.bearing)
+    made = {
+        "journal": journal,
+        "bearing": bearing,
+        "journal_material": material_of(scene, table.journal_material),
+        "bearing_material": material_of(scene, table.bearing_material),
+        **_laws(table),
+    }
+    sizes = {key: value for key, value in table if key not in made and key != "kind"}
+    for key in sizes.keys() & {"axis", "normal"}:
+        sizes[key] = np.array(sizes[key])
+    return CLEARANCES[table.kind](name, **made, **sizes)
+
+
+def _telescope(name: str, table: contact_tables.Telescope) -> motion.Telescope:
+    sizes = {key: value for key, value in table if key != "kind"}
+    return motion.Telescope(name, **sizes | _laws(table))
+
+
+def _laws(table: contact_tables.Loose) -> dict[str, Any]:
+    """Contact and friction of a joint in the words of mechanics."""
     friction = None if table.friction is None else motion.Friction(**table.friction.model_dump())
-    return motion.ClearanceRevolute(
-        name, journal, bearing, np.array(table.axis), table.radius, table.clearance,
-        material_of(scene, table.journal_material), material_of(scene, table.bearing_material),
-        _reference(table), motion.NormalContact(**table.contact.model_dump()),
-        friction, table.angle,
-    )  # fmt: skip
+    return {"contact": motion.NormalContact(**table.contact.model_dump()), "friction": friction}
 
 
 # ----------------------------------------------------------------------------------- loads

@@ -326,6 +326,12 @@ SQUARE = 1e-6
 """Cosine up to which two directions count as at right angles [-]."""
 
 
+def odd_angle(key: str, what: str, a: Vector3, b: Vector3) -> Iterator[tuple[str, str]]:
+    """A problem at ``key`` where two directions are not at right angles."""
+    if abs(_dot(a, b)) > SQUARE:
+        yield key, f"must be at right angles{what}; the cosine is {_dot(a, b):g}"
+
+
 def _dot(a: Vector3, b: Vector3) -> float:
     return sum(x * y for x, y in zip(a, b, strict=True))
 

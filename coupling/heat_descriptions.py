@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 import thermal.description as heat
 from coupling import body_tables, heat_tables
-from coupling.descriptions import clearance_joints, line_bodies, line_of, shells, sites_of
+from coupling.descriptions import line_bodies, line_of, shells, sided_joints, sites_of
 from coupling.materials_used import material_of
 from coupling.scene import Scene
 
@@ -71,7 +71,7 @@ def _part(scene: Scene, table: heat_tables.Thermal, name: str, part: heat_tables
 
 
 def _position(scene: Scene, side: str) -> Array:
-    joint = clearance_joints(scene)[side.split(".")[0]]
+    joint = sided_joints(scene)[side.rpartition(".")[0]]
     return sites_of(scene, joint.journal, joint.bearing)[2]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from coupling.body_tables import LineBody, ShellBody
-from coupling.contact_tables import ClearanceRevolute
+from coupling.contact_tables import Sided
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_tables import ThermalPlace, Wall
@@ -82,7 +82,7 @@ def _side_of_joint(draft: Draft, of: str, where: str) -> Iterator[Problem]:
         yield Problem(where, f"expected 'JOINT.journal' or 'JOINT.bearing', got '{of}'")
     elif name not in draft.names("joint"):
         yield Problem(where, unknown("joint", name, draft.names("joint")))
-    elif joint is not None and not isinstance(joint, ClearanceRevolute):
+    elif joint is not None and not isinstance(joint, Sided):
         yield Problem(where, f"joint.{name} is a {joint.kind}: it has no {side}")
 
 

@@ -4,9 +4,18 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from coupling.body_tables import LineBody, family_of
-from coupling.contact_tables import ClearanceRevolute
+from coupling.contact_tables import (
+    ClearanceCylindrical,
+    ClearanceRevolute,
+    ClearanceSpherical,
+    ClearanceTranslational,
+    Loose,
+    Sided,
+    Telescope,
+)
 from coupling.draft import Draft
 from coupling.errors import Problem, alternatives, unknown
 from coupling.materials_used import material_problem
@@ -20,6 +29,8 @@ from coupling.site_references import (
 )
 from coupling.site_tables import GROUND, Site
 from mechanics.elements import FAMILIES
+
+Array = NDArray[np.float64]
 
 SIDES: dict[str, tuple[str, ...]] = {
     "clamp": ("a", "b"),
@@ -40,6 +51,10 @@ SIDES: dict[str, tuple[str, ...]] = {
     "torsion_spring": (),
     "bushing": ("a", "b"),
     "clearance_revolute": ("journal", "bearing"),
+    "clearance_spherical": ("journal", "bearing"),
+    "clearance_cylindrical": ("journal", "bearing"),
+    "clearance_translational": ("journal", "bearing"),
+    "telescope": (),
 }
 """Every kind of joint, and the keys of the points that it joins."""
 
@@ -49,6 +64,9 @@ ORIENTED = {
         ("a", "b"),
     ),
     "clearance_revolute": ("bearing",),
+    "clearance_spherical": ("bearing",),
+    "clearance_cylindrical": ("journal", "bearing"),
+    "clearance_translational": ("journal", "bearing"),
 }
 """Which of them must know how they are turned."""
 
@@ -84,7 +102,7 @@ def check_joints(draft: Draft) -> Iterator[Problem]:
         found += _edges(joint, sites, where)
         found += _orientations(draft, joint, sites, where)
         found += _named_joints(draft, joint, where)
-        if isinstance(joint, ClearanceRevolute):
+        if isinstance(joint, Loose):
             found += _clearance(draft, joint, where)
         if joint.kind == "sliding":
             found += _rail(draft, joint, where)
@@ -118,6 +136,8 @@ def _orientations(
     """Particles where a joint needs something that turns."""
     driven = getattr(joint, "angle", None) is not None and joint.kind != "torsion_spring"
     aligned = ("a",) if getattr(joint, "aligned", False) else ()
+    if isinstance(joint, ClearanceRevolute) and joint.length is not None:
+        aligned = ("journal",)  # its pin tilts
     for side, site in sites.items():
         if side in (*ORIENTED.get(joint.kind, ()), *aligned) or driven:
             why = "cannot be driven" if driven else f"cannot be held by a {joint.kind}"
@@ -136,14 +156,54 @@ def _named_joints(draft: Draft, joint: Any, where: str) -> Iterator[Problem]:
             yield Problem(f"{where}.{key}", text)
 
 
-def _clearance(draft: Draft, joint: ClearanceRevolute, where: str) -> Iterator[Problem]:
+def _clearance(draft: Draft, joint: Loose, where: str) -> Iterator[Problem]:
     from mechanics.contact import DISSIPATION
 
-    for key in ("journal_material", "bearing_material"):
-        yield from material_problem(draft, getattr(joint, key), f"{where}.{key}")
+    if isinstance(joint, Sided):
+        for key in ("journal_material", "bearing_material"):
+            yield from material_problem(draft, getattr(joint, key), f"{where}.{key}")
     law = joint.contact.dissipation
     if law not in DISSIPATION:
         yield Problem(f"{where}.contact.dissipation", unknown("hysteresis law", law, DISSIPATION))
+    if isinstance(joint, Telescope):
+        yield from _telescope(draft, joint, where)
+
+
+def _telescope(draft: Draft, joint: Telescope, where: str) -> Iterator[Problem]:
+    """Whether both tubes are there, and one in the other."""
+    found = [p for key in ("inner", "outer") for p in _tube(draft, joint, key, where)]
+    yield from found
+    if not found and {joint.inner, joint.outer} <= draft.points.keys():
+        inner, outer = (draft.points[name] for name in (joint.inner, joint.outer))
+        mouth, other = (outer[0], outer[-1])[:: 1 if joint.mouth == "start" else -1]
+        away, reach = _distance(mouth, inner), joint.radius + joint.clearance
+        if away > reach:
+            fits = _distance(other, inner) <= reach
+            hint = "; did you mean the other end?" if fits else ""
+            text = f"is {away:g} m away from the axis of '{joint.inner}', more than the radius"
+            yield Problem(f"{where}.mouth", f"{text}, {reach:g} m{hint}")
+
+
+def _tube(draft: Draft, joint: Telescope, key: str, where: str) -> Iterator[Problem]:
+    name = getattr(joint, key)
+    body = draft.named("body").get(name)
+    if name not in draft.names("body"):
+        yield Problem(f"{where}.{key}", unknown("body", name, draft.names("body")))
+    elif body is None:
+        return
+    elif not isinstance(body, LineBody) or body.kind == "cable":
+        yield Problem(f"{where}.{key}", f"'{name}' is no beam: only beams telescope")
+    elif body.family == "beam3333":
+        text = "elements beam3333 have no smooth axis to slide on"
+        yield Problem(f"{where}.{key}", text)
+
+
+def _distance(point: Array, line: Array) -> float:
+    """Distance [m] of a point (3,) from a line through points (n, 3)."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    share = np.sum((point - start) * along, axis=1) / np.sum(along * along, axis=1)
+    nearest = start + np.clip(share, 0.0, 1.0)[:, None] * along
+    return float(np.linalg.norm(nearest - point, axis=1).min())
 
 
 def _rail(draft: Draft, joint: Any, where: str) -> Iterator[Problem]:
@@ -186,9 +246,39 @@ def _gaps(draft: Draft, joint: Any, sites: dict[str, Site], where: str) -> Itera
         elif first.body != GROUND and point_key(draft, first) == point_key(draft, second):
             yield Problem(where, f"joins a point of '{first.body}' with itself")
         else:
-            ends = position_of(draft, first, second), position_of(draft, second, first)
-            gap = float(np.linalg.norm(ends[0] - ends[1]))
-            yield from _gap(joint, gap, _size(draft, sites), (one, two), sites, where)
+            away = position_of(draft, first, second) - position_of(draft, second, first)
+            if isinstance(joint, Sided):
+                yield from _outside(joint, away, f"{where}.journal")
+            else:
+                gap = float(np.linalg.norm(away))
+                yield from _gap(joint, gap, _size(draft, sites), (one, two), sites, where)
+
+
+def _outside(joint: Sided, away: Array, where: str) -> Iterator[Problem]:
+    """A journal that starts beyond its clearance, ``away`` (3,) [m] from the bearing."""
+    for gap, clearance, how in _ways(joint, away):
+        if gap > clearance * (1.0 + 1e-9):
+            text = f"starts {gap:g} m off the centre of the bearing{how}, more than the clearance"
+            yield Problem(where, f"{text}, {clearance:g} m")
+
+
+def _ways(joint: Sided, away: Array) -> Iterator[tuple[float, float, str]]:
+    """How far the journal is away [m], how far it may be [m], and in which direction."""
+    match joint:
+        case ClearanceSpherical() | ClearanceRevolute(length=None):
+            yield float(np.linalg.norm(away)), joint.clearance, ""
+        case ClearanceRevolute() | ClearanceCylindrical():
+            along = float(away @ np.array(joint.axis))
+            across = float(np.linalg.norm(away - along * np.array(joint.axis)))
+            yield across, joint.clearance, " across the axis"
+            if isinstance(joint, ClearanceRevolute) and joint.axial_clearance is not None:
+                yield abs(along), joint.axial_clearance, " along the axis"
+        case ClearanceTranslational():
+            normal = np.array(joint.normal)
+            yield abs(float(away @ normal)), joint.clearance, " along the normal"
+            if joint.width is not None:
+                side = np.cross(joint.axis, normal)
+                yield abs(float(away @ side)), joint.clearance, " across axis and normal"
 
 
 def _gap(
@@ -198,9 +288,6 @@ def _gap(
         grounded = any(site.body == GROUND for site in sites.values())
         hint = "; give the ground a position" if grounded else ""
         yield Problem(where, f"its two points coincide{hint}")
-    elif joint.kind == "clearance_revolute" and gap > joint.clearance * (1.0 + 1e-9):
-        text = f"starts {gap:g} m off the centre of the bearing, more than the clearance"
-        yield Problem(f"{where}.journal", f"{text}, {joint.clearance:g} m")
     elif joint.kind in COINCIDENT and gap > NODE_TOLERANCE * size:
         yield Problem(where, f"its points {ends[0]} and {ends[1]} are {gap:g} m apart")
 

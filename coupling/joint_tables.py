@@ -6,22 +6,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from coupling import quantities
-from coupling.contact_tables import ClearanceRevolute
-from coupling.fields import AngleOrLength, Direction, Quantity, Table, Vector3
+from coupling.contact_tables import Loose
+from coupling.fields import AngleOrLength, Direction, Quantity, Table, odd_angle
 from coupling.functions import AngleHistory, LengthHistory
 from coupling.site_tables import OnGround, Site
 from coupling.spring_tables import Bushing, Pulley, Spring, TorsionSpring
 
 ONE, OTHER = "one side, {body = ..., at = ...}", "other side; default: the ground"
 AXIS = "direction at the start, in global coordinates"
-SQUARE = 1e-6
-"""Cosine up to which two directions count as at right angles [-]."""
-
-
-def _odd_angle(key: str, what: str, a: Vector3, b: Vector3) -> Iterator[tuple[str, str]]:
-    cosine = sum(x * y for x, y in zip(a, b, strict=True))
-    if abs(cosine) > SQUARE:
-        yield key, f"must be at right angles{what}; the cosine is {cosine:g}"
 
 
 class Clamp(Table):
@@ -62,7 +54,7 @@ class Universal(Table):
     axis_b: Direction = Field(description=f"fixed in b; {AXIS}")
 
     def odd_values(self) -> Iterator[tuple[str, str]]:
-        yield from _odd_angle("axis_b", " to axis_a", self.axis_a, self.axis_b)
+        yield from odd_angle("axis_b", " to axis_a", self.axis_a, self.axis_b)
 
 
 class Cylindrical(Table):
@@ -119,7 +111,7 @@ class Guide(Table):
         if not 1 <= len(self.directions) <= 2:
             yield "directions", "expected one or two; three are a spherical joint"
         elif len(self.directions) == 2:
-            yield from _odd_angle("directions", "", *self.directions)
+            yield from odd_angle("directions", "", *self.directions)
 
 
 class Fixing(Table):
@@ -183,5 +175,5 @@ class Latch(Table):
 Joint = (
     Clamp | Spherical | Revolute | Universal | Cylindrical | Prismatic | Planar | Distance | Guide
     | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
-    | ClearanceRevolute
+    | Loose
 )  # fmt: skip

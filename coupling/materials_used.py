@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from coupling.body_tables import LineBody, ShellBody
-from coupling.contact_tables import ClearanceRevolute
+from coupling.contact_tables import Sided
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_tables import MaterialTable
@@ -82,7 +82,7 @@ def _uses(draft: Draft) -> Iterator[tuple[str, list[float]]]:
             reference = body.reference_temperature or default
             yield body.material, [reference, *start, *_of_body(draft, name)]
     for joint in draft.named("joint").values():
-        if isinstance(joint, ClearanceRevolute):
+        if isinstance(joint, Sided):
             reference = joint.reference_temperature or default
             yield joint.journal_material, [reference, *start]
             yield joint.bearing_material, [reference, *start]
@@ -98,7 +98,7 @@ def _of_side(
     """The side of a joint takes the temperatures of its part."""
     joint, _, side = (of or "").rpartition(".")
     table = draft.named("joint").get(joint)
-    if isinstance(table, ClearanceRevolute) and side in ("journal", "bearing"):
+    if isinstance(table, Sided) and side in ("journal", "bearing"):
         yield getattr(table, f"{side}_material"), temperatures
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling import manager, observables
-from coupling.descriptions import clearance_joints, flexible_bodies, motion_description, shells
+from coupling.descriptions import flexible_bodies, motion_description, shells, sided_joints
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
 from coupling.places import place_of, point_of
@@ -137,7 +137,7 @@ class Model:
 
     def joint_attributes(self) -> dict[str, dict[str, Any]]:
         """Geometry of the clearance joints; ``directions`` are the axes of the orbit at t = 0."""
-        contact, joints = self.motion_solver.system.contact, clearance_joints(self.scene)
+        contact, joints = self.motion_solver.system.contact, sided_joints(self.scene)
         rows: dict[str, dict[str, Any]] = {}
         for name, plane in zip(
             self.joint_names(), [] if contact is None else contact.planes, strict=True
@@ -196,7 +196,7 @@ class Model:
         """
         contact = self.motion_solver.system.contact
         column = {name: response[:, i] for i, name in enumerate(contact.columns)}
-        table = clearance_joints(self.scene)[self.joint_names()[joint]]
+        table = sided_joints(self.scene)[self.joint_names()[joint]]
         angle = table.angle or (lambda t: 0.0)
         return {
             "time": times,
@@ -220,7 +220,7 @@ class Model:
         depth, rate, slip = (
             response[:, columns.index(c)] for c in ("penetration", "rate", "slip_speed")
         )
-        friction = clearance_joints(self.scene)[self.joint_names()[joint]].friction
+        friction = sided_joints(self.scene)[self.joint_names()[joint]].friction
         speed = 0.0 if friction is None else friction.regularisation_speed
         return classify(depth, rate, approach, slip, speed)
 
@@ -298,7 +298,7 @@ def _control(scene: Scene) -> Control:
 
 
 def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manager.Transfer:
-    owners: dict[str, Any] = {**clearance_joints(scene), **flexible_bodies(scene)}
+    owners: dict[str, Any] = {**sided_joints(scene), **flexible_bodies(scene)}
     rest = np.zeros(len(motion_solver.x))
     for name, rows in motion_solver.regions.items():
         owner = owners.get(name) or owners[name.split(".")[0]]

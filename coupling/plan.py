@@ -1,6 +1,6 @@
 """The plan: what will run, and what was left out and why."""
 
-from coupling.descriptions import clearance_joints, flexible_bodies, line_bodies, shells
+from coupling.descriptions import flexible_bodies, line_bodies, shells, sided_joints
 from coupling.scene import Scene
 from mechanics.schemes import Scheme
 
@@ -62,7 +62,7 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
         ("mechanics.joints", f"{system.m} constraints on {system.n} coordinates" + _driven(system))
     )
     if system.contact is not None:
-        loose = clearance_joints(scene).values()
+        loose = sided_joints(scene).values()
         rough = sum(j.friction is not None for j in loose)
         text = f"{len(loose)} × planar revolute clearance" + (
             f", {rough} with friction" if rough else ""
@@ -146,7 +146,7 @@ def _undelivered(scene: Scene) -> list[str]:
     taken = {part.of for part in scene.thermal.part.values()}
     sides = [
         f"{name}.{side}"
-        for name, joint in clearance_joints(scene).items()
+        for name, joint in sided_joints(scene).items()
         if joint.friction is not None
         for side in ("journal", "bearing")
     ]

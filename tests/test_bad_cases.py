@@ -109,6 +109,51 @@ def added(text: str) -> str:
     return GOOD + text
 
 
+MADE_OF = "journal_material = 'steel-304'\nbearing_material = 'al6061'\n"
+BALL = f"""
+[joint.socket]
+kind = "clearance_spherical"
+journal = {{ body = "boom", at = "end" }}
+radius = '1 cm'
+clearance = '1 um'
+{MADE_OF}"""
+ROD = f"""
+[joint.rod]
+kind = "clearance_cylindrical"
+journal = {{ body = 'boom', at = 'end' }}
+axis = [1, 0, 0]
+radius = '1 cm'
+clearance = '0.1 mm'
+length = '5 cm'
+{MADE_OF}"""
+SLIDER = f"""
+[joint.slider]
+kind = "clearance_translational"
+journal = {{ body = "boom", at = "end" }}
+axis = [1, 0, 0]
+normal = [0, 1, 0]
+length = '5 cm'
+height = '2 cm'
+clearance = '0.1 mm'
+{MADE_OF}"""
+TELESCOPE = """
+[joint.tubes]
+kind = "telescope"
+inner = "boom"
+outer = 'outer'
+radius = '20.5 mm'
+clearance = '1 mm'
+"""
+OUTER = """
+[body.outer]
+kind = "beam"
+start = [-1, 0, 0]
+end = [1, 0, 0]
+elements = 2
+section = "tube"
+material = "al6061"
+"""
+
 SHELL = """
 [body.s]
 kind = "shell"
@@ -303,6 +348,180 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     "restitution above one": (
         changed(("restitution = 0.9", "restitution = 1.1")),
         ["joint.hinge.contact.restitution: expected a number"],
+    ),
+    # ---- contact and friction
+    "cylinder law without a length": (
+        changed(("{ restitution = 0.9 }", "{ stiffness = 'cylinder', value = 1e9, restitution = 0.001 }")),
+        [
+            "joint.hinge.contact.value: does not go with 'cylinder'",
+            "joint.hinge.contact.restitution: must be at least 0.01 with dissipation 'exact', got 0.001",
+        ],
+    ),
+    "cylinder law of a planar joint": (
+        changed(("{ restitution = 0.9 }", "{ stiffness = 'cylinder' }")),
+        ["joint.hinge.contact.stiffness: 'cylinder' needs the length of the bore: give the joint"],
+    ),
+    "mistyped stiffness": (
+        changed(("{ restitution = 0.9 }", "{ stiffness = 'cilinder' }")),
+        ["joint.hinge.contact.stiffness: expected 'hertz-external', 'hertz-internal', 'cylinder' or 'linear', got 'cilinder'; did you mean 'cylinder'?"],
+    ),
+    "flanges of a planar joint": (
+        changed(("axis = [0, 0, 1]", "axis = [0, 0, 1]\naxial_clearance = '1 mm'\nflange_radius = '9 mm'")),
+        [
+            "joint.hinge.axial_clearance: needs a length; without one the pin is held",
+            "joint.hinge.flange_radius: must exceed the radius of the bore, 0.0101 m",
+        ],
+    ),
+    "flange without a way to it": (
+        changed(("axis = [0, 0, 1]", "axis = [0, 0, 1]\nlength = '1 cm'\nflange_radius = '2 cm'")),
+        ["joint.hinge.flange_radius: needs an axial_clearance"],
+    ),
+    "friction law of another language": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'lu-gre' }")),
+        ["joint.hinge.friction.law: expected 'regularised', 'stick', 'stribeck', 'lugre' or 'rising', got 'lu-gre'; did you mean 'lugre'?"],
+    ),
+    "keys of other friction laws": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, static_coefficient = 0.2, presliding = '1 um', rise_rate = 0.5, viscous = 1 }")),
+        [
+            "joint.hinge.friction.static_coefficient: belongs to law = 'stick', 'stribeck', 'lugre' or 'rising', and this one is 'regularised'",
+            "joint.hinge.friction.presliding: belongs to law = 'stick', 'lugre' or 'rising'",
+            "joint.hinge.friction.rise_rate: belongs to law = 'rising'",
+            "joint.hinge.friction.viscous: belongs to law = ",
+        ],
+    ),
+    "keys of regularised laws with true stick": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'stick', regularisation_speed = '1 mm/s', stribeck_speed = '1 mm/s' }")),
+        [
+            "joint.hinge.friction.regularisation_speed: belongs to law = 'regularised' or 'stribeck', and this one is 'stick'",
+            "joint.hinge.friction.stribeck_speed: belongs to law = 'stribeck' or 'lugre'",
+        ],
+    ),
+    "static below kinetic": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, static_coefficient = 0.05, law = 'stick' }")),
+        ["joint.hinge.friction.static_coefficient: must not be below the kinetic coefficient, 0.1, got 0.05"],
+    ),
+    "laws between two coefficients with one": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'rising' }")),
+        ["joint.hinge.friction.static_coefficient: missing (law = 'rising' goes between the two)"],
+    ),
+    "stribeck speed without a fall": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'lugre', stribeck_speed = '1 mm/s' }")),
+        ["joint.hinge.friction.stribeck_speed: needs a static_coefficient"],
+    ),
+    "bristles that bear nothing": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0, law = 'stick', presliding = '-1 um' }")),
+        ["joint.hinge.friction.presliding: expected a length above 0 m"],
+    ),
+    "stick without friction": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0, law = 'stick' }")),
+        ["joint.hinge.friction.coefficient: must be above 0 with law = 'stick'; without friction leave out"],
+    ),
+    "friction table": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, temperature_slope = 1e-3, reference_temperature = 300, table = [[300, 1], [200, 2]] }")),
+        [
+            "joint.hinge.friction.table: the temperatures must increase",
+            "joint.hinge.friction.temperature_slope: does not go with a table",
+            "joint.hinge.friction.reference_temperature: does not go with a table",
+        ],
+    ),
+    "friction table with odd rows": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, table = [[300], ['1 s', 2], [300, -1]] }")),
+        [
+            "joint.hinge.friction.table[0]: expected a pair",
+            "joint.hinge.friction.table[1][0]: expected a temperature",
+            "joint.hinge.friction.table[2][1]: expected a number at least 0",
+        ],
+    ),
+    "friction table of one row": (
+        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, table = [[300, 1]] }")),
+        ["joint.hinge.friction.table: needs two or more rows"],
+    ),
+    "ball that is a cylinder and as wide as its socket": (
+        added(BALL.replace("'1 um'", "'1 cm'") + "contact = { stiffness = 'cylinder' }\n"),
+        [
+            "joint.socket.clearance: must be below the radius of the ball, 0.01 m",
+            "joint.socket.contact.stiffness: a ball is no cylinder",
+        ],
+    ),
+    "ball outside its socket": (
+        added(BALL + "bearing = { body = 'ground', position = [2, '1 mm', 0] }\n"),
+        ["joint.socket.journal: starts 0.001 m off the centre of the bearing, more than the clearance, 1e-06 m"],
+    ),
+    "socket of unknown material in a particle": (
+        added(BALL.replace("bearing_material = 'al6061'", "bearing_material = 'all6061'") + "bearing = { body = 'ball' }\n"),
+        [
+            "joint.socket.bearing_material: there is no material 'all6061'; did you mean 'al6061'",
+            "joint.socket.bearing.body: 'ball' is a particle: it has no orientation",
+        ],
+    ),
+    "rod beside its bush": (
+        added(ROD + "bearing = { body = 'ground', position = [3, '1 mm', 0] }\n"),
+        ["joint.rod.journal: starts 0.001 m off the centre of the bearing across the axis, more than the clearance, 0.0001 m"],
+    ),
+    "rod without a length, of a particle": (
+        added(ROD.replace("length = '5 cm'", "").replace("body = 'boom', at = 'end'", "body = 'ball'")),
+        ["joint.rod.length: missing (of the bush"],
+    ),
+    "rod of a particle": (
+        added(ROD.replace("body = 'boom', at = 'end'", "body = 'ball'")),
+        ["joint.rod.journal.body: 'ball' is a particle: it has no orientation and cannot be held by a clearance_cylindrical"],
+    ),
+    "slider in a skew guide": (
+        added(SLIDER.replace("normal = [0, 1, 0]", "normal = [1, 1, 0]").replace("clearance = '0.1 mm'", "clearance = '1 cm'")),
+        [
+            "joint.slider.normal: must be at right angles to axis; the cosine is 0.707",
+            "joint.slider.clearance: must be below half of the height, 0.01 m",
+            "joint.slider.corner_radius: missing (a Hertz stiffness needs it",
+        ],
+    ),
+    "slider with the laws of a bore": (
+        added(SLIDER + "contact = { stiffness = 'hertz-internal' }\ncorner_radius = '2 cm'\n"),
+        [
+            "joint.slider.contact.stiffness: corners touch plane walls",
+            "joint.slider.corner_radius: must not exceed half of the slider, 0.01 m",
+        ],
+    ),
+    "corners that are not used": (
+        added(SLIDER + "contact = { value = 1e9 }\ncorner_radius = '2 mm'\n"),
+        ["joint.slider.corner_radius: is not used: contact.value is given"],
+    ),
+    "slider outside its guide": (
+        added(SLIDER + "corner_radius = '1 mm'\nbearing = { body = 'ground', position = [2, '1 mm', 0] }\n"),
+        ["joint.slider.journal: starts 0.001 m off the centre of the bearing along the normal, more than the clearance, 0.0001 m"],
+    ),
+    "pin beyond its flange": (
+        changed(("axis = [0, 0, 1]", "axis = [0, 0, 1]\nlength = '2 cm'\naxial_clearance = '0.1 mm'\nbearing = { body = 'ground', position = [0, 0, '1 mm'] }")),
+        ["joint.hinge.journal: starts 0.001 m off the centre of the bearing along the axis, more than the clearance, 0.0001 m"],
+    ),
+    "telescope of one tube": (
+        added(TELESCOPE.replace("'outer'", "'boom'") + "contact = { stiffness = 'cylinder' }\n"),
+        [
+            "joint.tubes.outer: is the inner tube as well",
+            "joint.tubes.contact.stiffness: a telescope has no bore",
+        ],
+    ),
+    "telescope of what is no tube": (
+        added(TELESCOPE.replace("'outer'", "'ball'")),
+        ["joint.tubes.outer: 'ball' is no beam: only beams telescope"],
+    ),
+    "telescope of nothing": (
+        added(TELESCOPE.replace("'outer'", "'boomm'") + "stations = -1\n"),
+        ["joint.tubes.stations: expected an integer of at least 0, got -1"],
+    ),
+    "telescope of unknown tubes": (
+        added(TELESCOPE.replace("'outer'", "'boomm'")),
+        ["joint.tubes.outer: there is no body 'boomm'; did you mean 'boom'"],
+    ),
+    "telescope with its mouth at the wrong end": (
+        added(OUTER + TELESCOPE + "mouth = 'start'\n"),
+        ["joint.tubes.mouth: is 1 m away from the axis of 'boom', more than the radius, 0.0215 m; did you mean the other end?"],
+    ),
+    "heat of a telescope": (
+        added(OUTER + TELESCOPE + "[thermal.part.tube]\nof = 'tubes.inner'\nmaterial = 'al6061'\nmass = 1\n[thermal.part.side]\nof = 'tubes.journal'\nmaterial = 'al6061'\nmass = 1\n"),
+        [
+            "thermal.part.tube.of: expected 'JOINT.journal' or 'JOINT.bearing', got 'tubes.inner'",
+            "thermal.part.side.of: joint.tubes is a telescope: it has no journal",
+        ],
     ),
     "linear contact without value": (
         changed(("{ restitution = 0.9 }", "{ stiffness = 'linear' }")),
