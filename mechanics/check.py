@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mechanics.description import (
     Beam,
     Body,
-    ClearanceRevolute,
+    Clearance,
     Cylindrical,
     Description,
     Fixing,
@@ -28,6 +28,7 @@ from mechanics.description import (
     Shell,
     Site,
     Sliding,
+    Telescope,
     TorsionSpring,
 )
 from mechanics.elements import FAMILIES
@@ -37,6 +38,10 @@ Array = NDArray[np.float64]
 
 TURNING = (Revolute, Cylindrical)
 SLIDING = (Prismatic, Cylindrical)
+_LENGTHS = (
+    "radius", "clearance", "length", "height", "width", "corner_radius", "axial_clearance",
+    "flange_radius",
+)  # fmt: skip
 TOGETHER = 1e-9
 """Distance of two nodes, relative to the size of the body, that is none [-]."""
 TILTED = 1e-6
@@ -195,11 +200,23 @@ def _joint(joint: Joint, bodies: dict[str, Body], joints: dict[str, Joint]) -> I
         yield from _refers(joint.joint, joints, (*TURNING, *SLIDING), "turns or slides")
         if not isfinite(joint.at):
             yield "where it locks is not finite"
-    if isinstance(joint, ClearanceRevolute):
-        for name in ("radius", "clearance"):
-            value = getattr(joint, name)
-            if not (isfinite(value) and value > 0.0):
-                yield f"its {name} must be positive and finite, got {value:g} m"
+    if isinstance(joint, Clearance | Telescope):
+        for name in _LENGTHS:
+            value = getattr(joint, name, None)
+            if value is not None and not (isfinite(value) and value > 0.0):
+                yield f"its {name.replace('_', ' ')} must be positive and finite, got {value:g} m"
+    if isinstance(joint, Telescope):
+        yield from _tubes(joint, bodies)
+
+
+def _tubes(joint: Telescope, bodies: dict[str, Body]) -> Iterator[str]:
+    for name in (joint.inner, joint.outer):
+        if name not in bodies:
+            yield f"there is no body {name!r}"
+        elif not isinstance(bodies[name], Beam):
+            yield f"{name!r} is no beam"
+    if joint.inner == joint.outer:
+        yield f"{joint.inner!r} is no tube in itself"
 
 
 def _refers(name: str, joints: dict[str, Joint], kinds: tuple, what: str) -> Iterator[str]:

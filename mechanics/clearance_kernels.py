@@ -1,210 +1,364 @@
-"""Compiled response, force and tangent of the joints of ``mechanics.clearance``.
+"""Compiled forces of the joints of ``mechanics.clearance``.
 
-Local coordinates x (18,) are r, p, s of journal and bearing; z are y1, y2 and the cosine and sine
-of the turn (``mechanics.relative``), Y their change (y1, y2, theta) by x.
+Local coordinates x (18,) are r, p, s of journal and bearing. Nine measures z say how the journal
+stands in the bearing (``mechanics.relative``), all along the axes b1, b2, b3 of the bearing:
+
+    y   from the centre of the bearing to that of the journal,
+    t   direction of the journal that is along b3 in the reference,   m   the one along b1.
+
+The journal turns with the orthonormal triad of t, then m; its angular velocity in the bearing is
+
+    ω = t × ṫ/t² + τ g·(ṁ − (t × ṫ/t²) × m),    τ = t/|t|,   g = τ × m/|m − (m·τ) τ|²,
+
+whatever the lengths of t and m. A contact point exerts a force f on the journal and a moment M
+about its centre; their power f·ẏ + M·ω gives the force φ that belongs to z, and f_x = Zᵀφ.
+
+Derivatives of φ by z and ż are taken by the same code with complex numbers, exact to round-off
+(Squire & Trapp 1998), so that they cannot disagree with the forces.
 """
 
 import numpy as np
 from numba import njit
 
-from mechanics.kernels import ENERGY, FORCE, RESPOND, TANGENT, kernel
+from mechanics.contact_laws import ACTIVE, CLEARANCE, CORE, RADIUS, SLOT, friction, normal, stored
+from mechanics.kernels import ENERGY, FORCE, REMEMBER, RESPOND, TANGENT, kernel
 from mechanics.relative import DIRECTION, OFFSET, evaluate, expand, gather, scratch, spread
 
-ORIGIN, TURNING, PLANE, WEIGHTS = 0, 3, 10, 24
-"""Columns of ``floats``: origin (3), direction of the journal that turns (7), two directions of
-the bearing (7 each), weights of the K vectors of both ends."""
+ORIGIN, JOURNAL, BEARING, PLACES = 0, 3, 17, 38
+"""Columns of ``floats``: origin (3), two directions of the journal (7 each), three of the bearing
+(7 each), geometry of the contact points (``POINT`` each), then weights of the K vectors of both
+ends."""
 VECTORS = 2
 """Column of ``ints`` where the K vectors of both ends begin, after their numbers."""
 
+RING, BALL, VERTEX = range(3)
+"""Kinds of contact points: of a pin in the end of a bore, a ball in a socket, a corner at a wall.
+"""
+POINT = 8
+"""Geometry of a contact point: kind; height of the end of the bore along b3, or the corner (3) in
+the triad of the journal; normal (3) and distance of the wall."""
+_STEP = 1e-30  # of the imaginary parts
+
 
 @njit(cache=True, error_model="numpy")
-def _local(y, v, ints, floats, x, u):
+def _local(y, v, ints, floats, weights, x, u):
     """Local coordinates and velocities."""
     K = (ints.size - VECTORS) // 2
     for side in range(2):
         vectors = ints[VECTORS + K * side :]
-        weights = floats[WEIGHTS + 3 * K * side :]
-        gather(y, vectors, weights, ints[side], x, 9 * side)
-        gather(v, vectors, weights, ints[side], u, 9 * side)
+        w = floats[weights + 3 * K * side :]
+        gather(y, vectors, w, ints[side], x, 9 * side)
+        gather(v, vectors, w, ints[side], u, 9 * side)
 
 
 @njit(cache=True, error_model="numpy")
 def _measure(x, floats, z, Z, H, work):
-    """z (4,), its gradients Z (4, 18) and, where H has rows, second derivatives H (4, 18, 18)."""
+    """z (9,), its gradients Z (9, 18) and, where H has rows, second derivatives H (9, 18, 18)."""
     none = np.empty((0, 18))
     Z[:] = 0.0
     H[:] = 0.0
-    for k in range(4):
-        kind = OFFSET if k < 2 else DIRECTION
-        w = floats[PLANE + 7 * (k % 2) :]
+    for k in range(9):
+        kind = OFFSET if k < 3 else DIRECTION
+        u = floats[JOURNAL + 7 * max(0, k // 3 - 1) :]
+        w = floats[BEARING + 7 * (k % 3) :]
         bend = H[k] if H.shape[0] > 0 else none
-        z[k] = evaluate(kind, x, floats[ORIGIN:], floats[TURNING:], w, 1.0, Z[k], bend, work)
+        z[k] = evaluate(kind, x, floats[ORIGIN:], u, w, 1.0, Z[k], bend, work)
 
 
 @njit(cache=True, error_model="numpy")
-def _respond(z, Z, u, coef, r, f, Y):
-    """Response r (13,), forces f (3, 3) on (y1, y2, theta): elastic, dissipative, friction."""
-    c, s = z[2], z[3]
-    size = c**2 + s**2 if c != 0.0 or s != 0.0 else 1.0
-    r[0], r[1], r[2] = z[0], z[1], np.arctan2(s, c)
-    r[3] = r[4] = r[5] = 0.0
-    for i in range(18):
-        Y[0, i], Y[1, i] = Z[0, i], Z[1, i]
-        Y[2, i] = (c * Z[3, i] - s * Z[2, i]) / size
-        for k in range(3):
-            r[3 + k] += Y[k, i] * u[i]
-    K, clearance, mu, D = coef[0], coef[1], coef[2], coef[3]
-    R, p, eps = coef[4], coef[5], coef[6]
-    speed = coef[7] if coef[7] > 0.0 else coef[9]
-    rho = np.sqrt(r[0] ** 2 + r[1] ** 2 + coef[8] ** 2)
-    n1, n2 = r[0] / rho, r[1] / rho
-    r[6], r[7], r[8] = clearance, rho - clearance, n1 * r[3] + n2 * r[4]
-    r[12] = n1 * r[4] - n2 * r[3] + R * r[5]
-    elastic = K * r[7] ** p if r[7] > 0.0 else 0.0
-    normal = elastic * max(0.0, 1.0 + D * r[8] / speed) if speed > 0.0 else elastic
-    r[9], r[10] = elastic, normal - elastic
-    r[11] = -mu * normal * r[12] / (abs(r[12]) + eps)
-    for k in range(2):
-        f[k, 0], f[k, 1], f[k, 2] = -r[9 + k] * n1, -r[9 + k] * n2, 0.0
-    f[2, 0], f[2, 1], f[2, 2] = -r[11] * n2, r[11] * n1, r[11] * R
-
-
-@njit(cache=True, error_model="numpy")
-def _law(r, coef, fy, fv):
-    """Derivatives (3, 3) of F (n, 0) + F S τ by (y1, y2, θ) and by their rates, in contact."""
-    fy[:] = 0.0
-    fv[:] = 0.0
-    rho, normal, mu, R, p, eps = r[7] + r[6], r[9] + r[10], coef[2], coef[4], coef[5], coef[6]
-    speed = coef[7] if coef[7] > 0.0 else coef[9]
-    n, tau, m = np.empty(3), np.empty(3), np.empty(3)
-    n[0], n[1], n[2] = r[0] / rho, r[1] / rho, 0.0
-    tau[0], tau[1], tau[2] = -n[1], n[0], R
-    m[0], m[1], m[2] = r[4], -r[3], 0.0
-    by_depth, by_rate = p * normal / r[7], r[9] * coef[3] / speed if speed > 0.0 else 0.0
-    S = mu * r[12] / (abs(r[12]) + eps)
-    steep = mu * normal * eps / (abs(r[12]) + eps) ** 2
-    turning = n[0] * m[0] + n[1] * m[1]
-    for k in range(3):
-        for i in range(2):
-            rate = (r[3 + i] - n[i] * r[8]) / rho  # ∂δ̇/∂y
-            slip = (m[i] - n[i] * turning) / rho  # ∂v_t/∂y
-            fy[k, i] = (n[k] + S * tau[k]) * (by_depth * n[i] + by_rate * rate)
-            fy[k, i] += steep * tau[k] * slip
-        for i in range(3):
-            fv[k, i] = (n[k] + S * tau[k]) * by_rate * n[i] + steep * tau[k] * tau[i]
-    for k in range(2):
-        for i in range(2):
-            turn = ((k == i) - n[k] * n[i]) / rho * normal  # F ∂n/∂y
-            fy[k, i] += turn
-            fy[1 - k, i] += S * turn * (1.0 if k == 0 else -1.0)
-
-
-@njit(cache=True, error_model="numpy")
-def _bend_angle(c, s, Zc, Zs, Hc, Hs):
-    """Overwrite Hc with ∂²θ/∂x² for θ = atan2(s, c)."""
-    size = c**2 + s**2 if c != 0.0 or s != 0.0 else 1.0
-    a, b = 2.0 * c * s / size**2, (s**2 - c**2) / size**2
-    for i in range(18):
-        for j in range(18):
-            Hc[i, j] = (c * Hs[i, j] - s * Hc[i, j]) / size
-            Hc[i, j] += a * (Zc[i] * Zc[j] - Zs[i] * Zs[j]) + b * (Zc[i] * Zs[j] + Zs[i] * Zc[j])
-
-
-@njit(cache=True, error_model="numpy")
-def _local_tangent(H, u, r, coef, parts, Y, cK, cC, T):
-    """T (18, 18) = cK ∂f/∂x + cC ∂f/∂u of the resisting force f = Yᵀ(F (n, 0) + F S τ)."""
-    fy, fv, B, C = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 18)), np.zeros((3, 18))
-    _law(r, coef, fy, fv)
-    for k in range(3):  # ∂ẏ/∂x
-        for j in range(18):
-            for i in range(18):
-                B[k, i] += H[k, i, j] * u[j]
-    for k in range(3):  # cK ∂f_y/∂x + cC ∂f_y/∂u
-        for m in range(3):
-            for i in range(18):
-                C[k, i] += (cK * fy[k, m] + cC * fv[k, m]) * Y[m, i] + cK * fv[k, m] * B[m, i]
-    T[:] = 0.0
-    for k in range(3):
-        f = -cK * (parts[0, k] + parts[1, k] + parts[2, k])
+def _rates(Z, u, w):
+    """w (9,) = Z u."""
+    for k in range(9):
+        w[k] = 0.0
         for i in range(18):
-            for j in range(18):
-                T[i, j] += Y[k, i] * C[k, j] + f * H[k, i, j]
+            w[k] += Z[k, i] * u[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True, error_model="numpy")
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _scaled(f, a):
+    return f * a[0], f * a[1], f * a[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _sum(a, b):
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _turning(z, w):
+    """τ, m across τ, g, and the angular velocity of the journal in the bearing."""
+    t, m, size = (z[3], z[4], z[5]), (z[6], z[7], z[8]), z[3] ** 2 + z[4] ** 2 + z[5] ** 2
+    tau = _scaled(1.0 / np.sqrt(size), t)
+    side = _sum(m, _scaled(-_dot(m, tau), tau))
+    g = _scaled(1.0 / _dot(side, side), _cross(tau, side))
+    tilting = _scaled(1.0 / size, _cross(t, (w[3], w[4], w[5])))
+    carried = _cross(tilting, m)
+    spin = _dot(g, (w[6] - carried[0], w[7] - carried[1], w[8] - carried[2]))
+    return tau, side, g, _sum(tilting, _scaled(spin, tau))
+
+
+@njit(cache=True, error_model="numpy")
+def _ring(point, c, z, w, tau, omega, r):
+    """A pin in the end of a bore: direction of −grad δ, lever there, lever of the rim.
+
+    The axis of the pin crosses the plane of the end at e, and δ = |e| − c. That it slides through
+    the plane tilts the direction of the force, which is across the pin.
+    """
+    s = (point[1] - z[2]) / tau[2]
+    arm = _scaled(s, tau)
+    e0, e1 = z[0] + arm[0], z[1] + arm[1]
+    rho = np.sqrt(e0 * e0 + e1 * e1 + c[CORE] ** 2)
+    n0, n1 = e0 / rho, e1 / rho
+    n = (n0, n1, -(n0 * tau[0] + n1 * tau[1]) / tau[2])
+    velocity = _sum((w[0], w[1], w[2]), _cross(omega, arm))
+    sliding = velocity[2] / tau[2]
+    r[0], r[1], r[2] = e0, e1, 0.0 * e0
+    r[3], r[4] = velocity[0] - sliding * tau[0], velocity[1] - sliding * tau[1]
+    r[5] = 0.0 * e0
+    r[7], r[8], r[18], r[19] = rho - c[CLEARANCE], _dot(n, velocity), 0.0, point[1]
+    return n, arm, (arm[0] + c[RADIUS] * n0, arm[1] + c[RADIUS] * n1, arm[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _ball(c, z, w, r):
+    """A ball in a socket, as ``_ring``."""
+    y = z[0], z[1], z[2]
+    rho = np.sqrt(_dot(y, y) + c[CORE] ** 2)
+    n = _scaled(1.0 / rho, y)
+    for i in range(6):
+        r[i] = z[i] if i < 3 else w[i - 3]
+    r[7], r[8], r[18], r[19] = rho - c[CLEARANCE], _dot(n, (w[0], w[1], w[2])), 0.0, 0.0
+    return n, (0.0 * n[0], 0.0 * n[1], 0.0 * n[2]), _scaled(c[RADIUS], n)
+
+
+@njit(cache=True, error_model="numpy")
+def _vertex(point, c, z, w, tau, side, omega, r):
+    """A corner of the journal at a wall of the bearing, as ``_ring``."""
+    first = _scaled(1.0 / np.sqrt(_dot(side, side)), side)
+    arm = _sum(_scaled(point[1], first), _scaled(point[2], _cross(tau, first)))
+    arm = _sum(arm, _scaled(point[3], tau))
+    n = (0.0 * tau[0] + point[4], 0.0 * tau[0] + point[5], 0.0 * tau[0] + point[6])
+    at = _sum((z[0], z[1], z[2]), arm)
+    velocity = _sum((w[0], w[1], w[2]), _cross(omega, arm))
+    for i in range(6):
+        r[i] = 0.0 * tau[0]
+    r[0], r[3] = _dot(n, at) - point[7], _dot(n, velocity)
+    r[7], r[8], r[18], r[19] = r[0] - c[CLEARANCE], r[3], 1.0, at[2]
+    return n, arm, arm
+
+
+@njit(cache=True, error_model="numpy")
+def _point(point, c, z, w, r, phi, V, n, T, new):
+    """Response r (20,) of a contact point; its force (9,) on the journal is added to ``phi``.
+
+    V, n, T (3,) and ``new`` (7,), the history at the end of the step, are overwritten.
+    """
+    tau, side, g, omega = _turning(z, w)
+    if point[0] == RING:
+        along, arm, rim = _ring(point, c, z, w, tau, omega, r)
+    elif point[0] == BALL:
+        along, arm, rim = _ball(c, z, w, r)
+    else:
+        along, arm, rim = _vertex(point, c, z, w, tau, side, omega, r)
+    size = np.sqrt(_dot(along, along))
+    n[0], n[1], n[2] = along[0] / size, along[1] / size, along[2] / size
+    velocity = _sum((w[0], w[1], w[2]), _cross(omega, rim))
+    away = _dot(velocity, n)
+    V[0], V[1], V[2] = (
+        velocity[0] - away * n[0], velocity[1] - away * n[1], velocity[2] - away * n[2]
+    )  # fmt: skip
+    r[6] = c[CLEARANCE]
+    r[9], r[10] = normal(r[7], r[8], c)
+    force = r[9] + r[10]
+    r[17] = friction(V, n, force, c, T, new)
+    for i in range(3):
+        r[11 + i], r[14 + i] = T[i], V[i]
+    if force.real > 0.0:
+        push, rub = _scaled(-force, along), (T[0], T[1], T[2])
+        moment = _sum(_cross(arm, push), _cross(rim, rub))
+        m, t = (z[6], z[7], z[8]), (z[3], z[4], z[5])
+        spin = _dot(moment, tau)
+        rest = _sum(moment, _scaled(-spin, _cross(m, g)))
+        tilt = _scaled(1.0 / _dot(t, t), _cross(rest, t))
+        for i in range(3):
+            phi[i] += push[i] + rub[i]
+            phi[3 + i] += tilt[i]
+            phi[6 + i] += spin * g[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _acts(coef, slots):
+    """Whether a contact point of a joint may act."""
+    acting = False
+    for s in range(slots):
+        acting = acting or coef[SLOT * s + ACTIVE] != 0.0
+    return acting
+
+
+@njit(cache=True, error_model="numpy")
+def _points(slots, floats, coef, z, w, r, phi, V, n, T, new):
+    """Overwrite ``phi`` with the force of all contact points; whether there is any."""
+    phi[:] = 0.0
+    found = False
+    for s in range(slots):
+        c = coef[SLOT * s :]
+        if c[ACTIVE] != 0.0:
+            _point(floats[PLACES + POINT * s :], c, z, w, r, phi, V, n, T, new)
+            found = found or r[9] + r[10] > 0.0
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _derivatives(slots, floats, coef, z, w, by_z, by_w, zc, wc, phi, r, V, n, T, new):
+    """Derivatives (9, 9) of the force φ by z and by its rates."""
+    for k in range(9):
+        zc[k], wc[k] = z[k], w[k]
+    for k in range(18):
+        moved, j = (zc, k) if k < 9 else (wc, k - 9)
+        moved[j] += 1j * _STEP
+        phi[:] = 0.0
+        for s in range(slots):
+            c = coef[SLOT * s :]
+            if c[ACTIVE] != 0.0:
+                _point(floats[PLACES + POINT * s :], c, zc, wc, r, phi, V, n, T, new)
+        moved[j] = moved[j].real
+        for i in range(9):
+            (by_z if k < 9 else by_w)[i, j] = phi[i].imag / _STEP
 
 
 @kernel(FORCE)
 def add_force(y, v, coef, ints, floats, out):
     """Resisting force of every joint."""
-    K, work, none = (ints.shape[1] - VECTORS) // 2, scratch(), np.empty((0, 18, 18))
-    x, u, z, Z, r = np.empty(18), np.empty(18), np.empty(4), np.empty((4, 18)), np.empty(13)
-    parts, Y, local, spreading = np.empty((3, 3)), np.empty((3, 18)), np.empty(18), np.empty(3 * K)
+    slots, K = coef.shape[1] // SLOT, (ints.shape[1] - VECTORS) // 2
+    weights, work, none = PLACES + POINT * slots, scratch(), np.empty((0, 18, 18))
+    x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
+    r, phi, V, n, T, new = (
+        np.empty(20), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
+    )  # fmt: skip
+    local, spreading = np.empty(18), np.empty(3 * K)
     for e in range(ints.shape[0]):
-        if coef[e, 0] == 0.0:  # in flight
+        if not _acts(coef[e], slots):
             continue
-        _local(y, v, ints[e], floats[e], x, u)
+        _local(y, v, ints[e], floats[e], weights, x, u)
         _measure(x, floats[e], z, Z, none, work)
-        _respond(z, Z, u, coef[e], r, parts, Y)
-        if r[9] <= 0.0:
+        _rates(Z, u, w)
+        if not _points(slots, floats[e], coef[e], z, w, r, phi, V, n, T, new):
             continue
         for i in range(18):
             local[i] = 0.0
-            for k in range(3):
-                local[i] -= (parts[0, k] + parts[1, k] + parts[2, k]) * Y[k, i]
+            for k in range(9):
+                local[i] -= phi[k] * Z[k, i]
         for side in range(2):
             spreading[:] = 0.0
-            weights = floats[e, WEIGHTS + 3 * K * side :]
-            expand(local, 9 * side, weights, ints[e, side], spreading, 0)
+            expand(
+                local, 9 * side, floats[e, weights + 3 * K * side :], ints[e, side], spreading, 0
+            )
             for k in range(ints[e, side]):
                 for i in range(3):
                     out[ints[e, VECTORS + K * side + k] + i] += spreading[3 * k + i]
 
 
+@njit(cache=True, error_model="numpy")
+def _assemble(H, u, phi, Z, by_z, by_w, cK, cC, B, C, T):
+    """T (18, 18) = cK ∂f/∂x + cC ∂f/∂u of the resisting force f = −Zᵀφ."""
+    for k in range(9):  # ∂ż/∂x
+        for i in range(18):
+            B[k, i] = 0.0
+            for j in range(18):
+                B[k, i] += H[k, i, j] * u[j]
+    for k in range(9):
+        for i in range(18):
+            C[k, i] = 0.0
+            for m in range(9):
+                C[k, i] += (cK * by_z[k, m] + cC * by_w[k, m]) * Z[m, i] + cK * by_w[k, m] * B[m, i]
+    T[:] = 0.0
+    for k in range(9):
+        f = cK * phi[k]
+        for i in range(18):
+            for j in range(18):
+                T[i, j] -= Z[k, i] * C[k, j] + f * H[k, i, j]
+
+
 @kernel(TANGENT)
 def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     """Tangent of every joint in contact."""
-    K, work = (ints.shape[1] - VECTORS) // 2, scratch()
-    x, u, z, Z, r = np.empty(18), np.empty(18), np.empty(4), np.empty((4, 18)), np.empty(13)
-    none, H = np.empty((0, 18, 18)), np.empty((4, 18, 18))
-    parts, Y, T = np.empty((3, 3)), np.empty((3, 18)), np.empty((18, 18))
+    points, K = coef.shape[1] // SLOT, (ints.shape[1] - VECTORS) // 2
+    weights, work, none = PLACES + POINT * points, scratch(), np.empty((0, 18, 18))
+    x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
+    r, phi, V, n, F, new = (
+        np.empty(20), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
+    )  # fmt: skip
+    bent, others = np.empty((3, 9), np.complex128), np.empty((3, 3), np.complex128)
+    rc, newc = np.empty(20, np.complex128), np.empty(7, np.complex128)
+    H, by_z, by_w = np.empty((9, 18, 18)), np.empty((9, 9)), np.empty((9, 9))
+    B, C, T = np.empty((9, 18)), np.empty((9, 18)), np.empty((18, 18))
     half, wide = np.empty((18, 6 * K)), np.empty((6 * K, 6 * K))
     for e in range(ints.shape[0]):
-        if coef[e, 0] == 0.0:
+        if not _acts(coef[e], points):
             continue
-        _local(y, v, ints[e], floats[e], x, u)
+        _local(y, v, ints[e], floats[e], weights, x, u)
         _measure(x, floats[e], z, Z, none, work)
-        _respond(z, Z, u, coef[e], r, parts, Y)
-        if r[9] + r[10] <= 0.0:
+        _rates(Z, u, w)
+        if not _points(points, floats[e], coef[e], z, w, r, phi, V, n, F, new):
             continue
         _measure(x, floats[e], z, Z, H, work)
-        _bend_angle(z[2], z[3], Z[2], Z[3], H[2], H[3])
-        _local_tangent(H, u, r, coef[e], parts, Y, cK, cC, T)
-        spread(T, floats[e, WEIGHTS:], ints[e], K, half, wide)
+        _derivatives(
+            points, floats[e], coef[e], z, w, by_z, by_w, bent[0], bent[1], bent[2], rc,
+            others[0], others[1], others[2], newc,
+        )  # fmt: skip
+        _assemble(H, u, phi, Z, by_z, by_w, cK, cC, B, C, T)
+        spread(T, floats[e, weights:], ints[e], K, half, wide)
         for i in range(6 * K):
             for j in range(6 * K):
                 data[slots[e, 6 * K * i + j]] += wide[i, j]
 
 
-@kernel(ENERGY)
-def add_energy(y, v, coef, ints, floats, out):
-    """Elastic energy K δ^(p+1)/(p+1) of all contacts."""
-    work, none = scratch(), np.empty((0, 18, 18))
-    x, u, z, Z = np.empty(18), np.empty(18), np.empty(4), np.empty((4, 18))
+@njit(cache=True, error_model="numpy")
+def _respond(y, v, coef, ints, floats, response, history):
+    """Overwrite response (n_c, 20) and history (n_c, 7) of every contact."""
+    slots = coef.shape[1] // SLOT
+    weights, work, none = PLACES + POINT * slots, scratch(), np.empty((0, 18, 18))
+    x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
+    phi, V, n, T = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
     for e in range(ints.shape[0]):
-        _local(y, v, ints[e], floats[e], x, u)
+        _local(y, v, ints[e], floats[e], weights, x, u)
         _measure(x, floats[e], z, Z, none, work)
-        depth = np.sqrt(z[0] ** 2 + z[1] ** 2 + coef[e, 8] ** 2) - coef[e, 1]
-        if depth > 0.0:
-            out[0] += coef[e, 0] * depth ** (coef[e, 5] + 1.0) / (coef[e, 5] + 1.0)
+        _rates(Z, u, w)
+        for s in range(slots):
+            at, point = slots * e + s, floats[e, PLACES + POINT * s :]
+            _point(
+                point, coef[e, SLOT * s :], z, w, response[at], phi, V, n, T, history[at]
+            )  # fmt: skip
 
 
 @kernel(RESPOND)
-def respond(y, v, coef, ints, floats, response, split):
-    """Response (n_j, 13) and forces (n_j, 6) on (y1, y2, theta): dissipative normal, friction."""
-    work, none = scratch(), np.empty((0, 18, 18))
-    x, u, z, Z = np.empty(18), np.empty(18), np.empty(4), np.empty((4, 18))
-    parts, Y = np.empty((3, 3)), np.empty((3, 18))
+def respond(y, v, coef, ints, floats, response):
+    """Response (n_c, 20) of every contact."""
+    _respond(y, v, coef, ints, floats, response, np.empty((len(response), 7)))
+
+
+@kernel(REMEMBER)
+def remember(y, v, coef, ints, floats, history):
+    """History (n_c, 7) of every contact at the end of a step."""
+    _respond(y, v, coef, ints, floats, np.empty((len(history), 20)), history)
+
+
+@kernel(ENERGY)
+def add_energy(y, v, coef, ints, floats, out):
+    """Elastic energy of all contacts."""
+    slots = coef.shape[1] // SLOT
+    response, history = np.empty((len(ints) * slots, 20)), np.empty((len(ints) * slots, 7))
+    _respond(y, v, coef, ints, floats, response, history)
     for e in range(ints.shape[0]):
-        _local(y, v, ints[e], floats[e], x, u)
-        _measure(x, floats[e], z, Z, none, work)
-        _respond(z, Z, u, coef[e], response[e], parts, Y)
-        for i in range(3):
-            split[e, i], split[e, 3 + i] = parts[1, i], parts[2, i]
+        for s in range(slots):
+            out[0] += stored(response[slots * e + s, 7], coef[e, SLOT * s :])

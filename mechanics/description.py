@@ -392,7 +392,8 @@ class Friction:
     stribeck_speed : float [m/s];  viscous : float [s/m]  viscous part over normal force
     presliding : float [m]  of laws with bristles: deflection at which mu_s F is reached
     bristle_damping : float [s/m]  over normal force
-    rise_rate : float [1/s^m];  rise_exponent : m of mu_s(tau) = mu_s - (mu_s - mu_k) e^(-rate tau^m)
+    rise_rate : float [1/s^m];  rise_exponent : m of the bound after sticking for tau,
+        mu_s(tau) = mu_s - (mu_s - mu_k) exp(-rate tau^m)
     partition : name in ``mechanics.contact.PARTITION``
     """
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanics import march
+from mechanics.contact_laws import HISTORIES
 from mechanics.march import Rows
 from mechanics.schemes import Scheme
 from mechanics.system import HOLDING, Coefficients, Factors, System, flat
@@ -57,8 +58,10 @@ class Motion(NamedTuple):
     q, v, a : (n,) float  coordinates, velocities, accelerations
     lam : (m,) float  multipliers of the constraints
     force : (n,) float  all forces but inertia, constraints included
-    approach : (n_j,) float [m/s]  approach speed of the impact that runs in each clearance
-        joint; 0 where there is none, -1 where it is not known
+    approach : (n_c,) float [m/s]  approach speed of the impact that runs in each contact; 0 where
+        there is none, -1 where it is not known
+    history : (n_c, 7) float  of friction: deflection of bristles [m], slip velocity [m/s], time
+        since sticking began [s]
     before : (2, n + m) float  coordinates and velocities one step before; (2, 0) where the scheme
         does not need them
     last : float [s]  size of the last step; 0 before the first
@@ -71,6 +74,7 @@ class Motion(NamedTuple):
     lam: Array
     force: Array
     approach: Array
+    history: Array
     before: Array
     last: float
 
@@ -147,9 +151,10 @@ def initial_state(
     a, lam, force = found
     response = system.respond(system.unknowns(q), _padded(system, v), coef)
     approach = np.zeros(len(response))
-    march.note_approach(system.program.contact_at, flat(coef), response, approach)
+    march.note_approach(response, approach)
     size = system.n + system.m if control.scheme.kind == march.BDF2 else 0
-    motion = Motion(t, q, v, a, lam, force, approach, np.zeros((2, size)), 0.0)
+    history = np.zeros((len(approach), HISTORIES))
+    motion = Motion(t, q, v, a, lam, force, approach, history, np.zeros((2, size)), 0.0)
     ledger = np.zeros(march.TERMS)
     ledger[0] = _kinetic(system, v)
     ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
@@ -243,7 +248,7 @@ def advance(
     Returns
     -------
     state : State  at the end of the window
-    lost : (n_j, 2) float [J]  normal dissipation and frictional work of each clearance joint
+    lost : (n_c, 2) float [J]  normal dissipation and frictional work of each contact
     why : str  "" or the reason why the window could not be finished
     """
     carried, latched = _carried(system, state), state.latched.copy()
@@ -329,6 +334,7 @@ def _carried(system: System, state: State) -> march.Carried:
         force=m.force.copy(),
         before=m.before.copy(),
         approach=m.approach.copy(),
+        history=m.history.copy(),
         ledger=state.ledger.copy(),
         lost=np.zeros((len(m.approach), 2)),
         clock=np.array([m.t, m.last]),
@@ -338,20 +344,20 @@ def _carried(system: System, state: State) -> march.Carried:
 
 def _returned(system: System, w: march.Memory) -> march.Carried:
     """What the march has carried on, copied."""
-    names = march.Y, march.V, march.A, march.FORCE0, march.BEFORE, march.APPROACH0
-    y, v, a, force, before, approach = (march.field(w, name) for name in names)
+    names = march.Y, march.V, march.A, march.FORCE0, march.BEFORE, march.APPROACH0, march.HISTORY0
+    y, v, a, force, before, approach, history = (march.field(w, name) for name in names)
     ledger, lost, clock = march.field(w, march.LEDGER), march.field(w, march.LOST), march.CLOCK
     return march.Carried(
-        y, v, a, force, before.reshape(2, -1), approach, ledger, lost.reshape(-1, 2),
-        march.field(w, clock), w.whole[:6].copy(),
+        y, v, a, force, before.reshape(2, -1), approach, history.reshape(-1, HISTORIES), ledger,
+        lost.reshape(-1, 2), march.field(w, clock), w.whole[:6].copy(),
     )  # fmt: skip
 
 
 def _state(system: System, c: march.Carried, latched: Array) -> State:
     n = system.n
     motion = Motion(
-        float(c.clock[0]), c.y[:n], c.v[:n], c.a, c.y[n:], c.force, c.approach, c.before,
-        float(c.clock[1]),
+        float(c.clock[0]), c.y[:n], c.v[:n], c.a, c.y[n:], c.force, c.approach, c.history,
+        c.before, float(c.clock[1]),
     )  # fmt: skip
     return State(motion, c.ledger, int(c.whole[0]), int(c.whole[1]), c.whole[2:], latched)
 

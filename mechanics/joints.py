@@ -19,6 +19,7 @@ from mechanics.constraints import NOTHING, Constraints, Linear, Product, Row, te
 from mechanics.description import (
     Clamp,
     ClearanceRevolute,
+    ClearanceTranslational,
     Cylindrical,
     Distance,
     Fixing,
@@ -55,7 +56,7 @@ from mechanics.joint_rows import (
     together,
     turning,
 )
-from mechanics.layout import PLACE, TRAVEL, TURN, Layout, family_of
+from mechanics.layout import PLACE, TRAVEL, TURN, Layout, Side, family_of
 from mechanics.relative import DISTANCE
 
 Array = NDArray[np.float64]
@@ -199,14 +200,26 @@ def _planar(joint: Planar, layout: Layout) -> Rows:
     return [offset(a, b, unit_direction(b, normal)), *tilt(a, b, normal)]
 
 
-def _clearance(joint: ClearanceRevolute, layout: Layout) -> Rows:
-    """What the clearance leaves held: the position along the axis, tilt, and the drive."""
+def _loose_revolute(joint: ClearanceRevolute, layout: Layout) -> Rows:
+    """What the clearance leaves held: the drive; of a planar one the place along the axis, tilt."""
     a, b = sides(layout, joint.journal, joint.bearing)
     axis = unit(joint.axis)
-    rows: Rows = [offset(a, b, unit_direction(b, axis))]
-    if a.fixed or a.directions:
-        rows += tilt(a, b, axis)
-    return rows if joint.angle is None else [*rows, turning(a, b, axis, joint.angle)]
+    rows: Rows = [] if joint.angle is None else [turning(a, b, axis, joint.angle)]
+    return rows if joint.length is not None else [*_flat(a, b, axis), *rows]
+
+
+def _loose_slider(joint: ClearanceTranslational, layout: Layout) -> Rows:
+    """What the clearance of a planar slider leaves held: its plane."""
+    if joint.width is not None:
+        return []
+    a, b = sides(layout, joint.journal, joint.bearing)
+    return _flat(a, b, unit(np.cross(joint.axis, joint.normal)))
+
+
+def _flat(a: Side, b: Side, normal: Array) -> Rows:
+    """``a`` stays in a plane of ``b``, and parallel to it if it has an orientation."""
+    rows: Rows = [offset(a, b, unit_direction(b, normal))]
+    return rows + tilt(a, b, normal) if a.fixed or a.directions else rows
 
 
 # -- coordinates of joints ---------------------------------------------------------------------
@@ -293,5 +306,6 @@ _MAKERS: dict[type, Callable[..., Rows]] = {
     Sliding: _sliding,
     Gear: _gear,
     Latch: _latch,
-    ClearanceRevolute: _clearance,
+    ClearanceRevolute: _loose_revolute,
+    ClearanceTranslational: _loose_slider,
 }

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechanics.description import (
     Beam,
     Body,
-    ClearanceRevolute,
+    Clearance,
     Gear,
     Joint,
     Latch,
@@ -425,7 +425,7 @@ def _points(
     places = {b.name: (_places(b), _section_axes(b)) for b in bodies if isinstance(b, Beam | Shell)}
     positions = {body.name: _places(body) for body in bodies}
     for joint in joints:
-        if isinstance(joint, ClearanceRevolute):
+        if isinstance(joint, Clearance):
             for part, site in (("journal", joint.journal), ("bearing", joint.bearing)):
                 at = _place(site, positions)
                 places[f"{joint.name}.{part}"] = at[None], np.zeros((1, 3, 3))

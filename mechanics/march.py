@@ -17,7 +17,7 @@ The multipliers are scaled by (1 - alpha_f) B (Bottasso, Bauchau & Cardona 2007)
 """
 
 from functools import cache
-from math import ceil, gamma, log2, pi, sqrt
+from math import ceil, log2, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,12 +26,22 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from mechanics.contact_laws import (
+    ACTIVE,
+    APPROACH,
+    HISTORIES,
+    HISTORY,
+    SLOT,
+    STEP,
+    duration,
+)
 from mechanics.kernels import (
     at,
     energy_at,
     factor_at,
     force_at,
     kernel,
+    remember_at,
     respond_at,
     signals_at,
     solve_at,
@@ -41,10 +51,14 @@ from mechanics.kernels import (
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-ROWS, INTS, FLOATS, COEFS, INT0, FLOAT0, COEF0, ENTRIES, SLOT0, ROLE, JOINT0 = range(11)
-"""Columns of ``Program.terms``: sizes, where its data begin, what it is, its first contact."""
-FORCE, TANGENT, ENERGY, RESPOND = range(4)
+(ROWS, INTS, FLOATS, COEFS, INT0, FLOAT0, COEF0, ENTRIES, SLOT0, SPREADS, ROLE, CONTACT0,
+ CONTACTS) = range(13)  # fmt: skip
+"""Columns of ``Program.terms``: sizes, where its data begin, rows and columns of its slots in the
+matrix, what it is, its first contact and their number."""
+SIZES = 13
+FORCE, TANGENT, ENERGY, RESPOND, REMEMBER = range(5)
 """Columns of ``Program.kernels``: addresses, 0 where there is none."""
+KERNELS = 5
 BODY, CONSTRAINT, LOAD, CONTACT = range(4)
 """Roles of terms."""
 
@@ -60,12 +74,13 @@ DONE, FULL, UNCONVERGED, SINGULAR, INACCURATE, INFINITE, LATCHED, BEYOND = range
 """How a march ends: at the end of the window, rows full, no step possible for one of four
 reasons, a latch has caught, or a coordinate of a joint has left its range."""
 
-(Y1, Y2, THETA, Y1_RATE, Y2_RATE, THETA_RATE, GAP, DEPTH, DEPTH_RATE, ELASTIC, DISSIPATIVE,
- FRICTION, SLIP) = range(13)  # fmt: skip
-COLUMNS = 13
-"""Columns of the response of a contact."""
-STIFFNESS, EXPONENT, APPROACH = 0, 5, 9
-"""Columns of the coefficients of a contact that the integrator reads or writes."""
+PATH, PATH_RATE, GAP, DEPTH, DEPTH_RATE, ELASTIC, DISSIPATIVE = 0, 3, 6, 7, 8, 9, 10
+FRICTION, SLIP, STUCK, FLAT, PLACE = 11, 14, 17, 18, 19
+COLUMNS = 20
+"""Columns of the response of a contact: e (3) [m], along which flight is followed, and its rate;
+clearance c and penetration [m], its rate [m/s]; elastic and dissipative part of the normal force;
+friction on the journal (3) [N]; slip velocity (3) [m/s]; 1 where it sticks; 1 at a plane wall,
+where contact is e[0] > c, otherwise |e| > c; place along the bearing [m]."""
 
 TERMS = 11
 (KINETIC, STRAIN, CONTACT_ELASTIC, WORK_LOADS, WORK_DRIVE, WORK_THERMAL, RUBBED, HYSTERESIS,
@@ -114,15 +129,15 @@ _inner = njit(cache=True, error_model="numpy", **_OPTIONS)
 class Program(NamedTuple):
     """A system as arrays.
 
-    sizes : (5,) int  coordinates n, multipliers m, contacts n_j; 1 where stored energies are
+    sizes : (5,) int  coordinates n, multipliers m, contacts n_c; 1 where stored energies are
         functions of time, otherwise 0; coordinates for which a number of M stands, 3 or 1
-    terms : (n_t, 11) int;  kernels : (n_t, 4) int  addresses
+    terms : (n_t, 13) int;  kernels : (n_t, 5) int  addresses
     ints, slots : data of all terms, one after the other
     mass_rows, mass_columns : (n_r + 1,), (n_m,) int  compressed rows of M: one for each vector
         of three coordinates, or for each coordinate; the first column of an entry
     driven : (k,) int  rows of Phi that depend on time
     signals : (k,) int  coefficients that are functions of time;  signal : (1,) int  their address
-    contact_at : (n_j,) int  first coefficient of each contact
+    contact_at : (n_c,) int  first coefficient of each contact
     latch_at : (n_l, 2) int  coordinate, and the coefficient that says whether it has caught
     limited : (k,) int  coordinates that have a meaning between two values only
     solver : (3,) int  addresses of factor and solve; what a factorisation costs, in corrections
@@ -130,7 +145,7 @@ class Program(NamedTuple):
     floats : data of all terms
     mass : (n_m,) float;  mass_data : (nnz + 1,) float  M on the pattern of the system matrix
     scale : (n,) float  size of each coordinate
-    contact_mass : (n_j,) float [kg];  latch_value : (n_l,) float  where it catches
+    contact_mass : (n_c,) float [kg];  latch_value : (n_l,) float  where it catches
     limits : (k, 2) float  of the limited coordinates
     """
 
@@ -164,7 +179,8 @@ class Carried(NamedTuple):
     y, v : (n + m,) float  coordinates and multipliers; velocities and zeros
     a : (n,) float;  force : (n,) float  all but inertia
     before : (2, n + m) float  coordinates and velocities one step before (BDF2), or (2, 0)
-    approach : (n_j,) float [m/s];  ledger : (11,) float [J];  lost : (n_j, 2) float [J]
+    approach : (n_c,) float [m/s];  history : (n_c, 7) float  of friction
+    ledger : (11,) float [J];  lost : (n_c, 2) float [J]
     clock : (2,) float [s]  time, last step size (0: none yet)
     whole : (6,) int  rung, calm, accepted, refused, corrections, factorisations
     """
@@ -175,6 +191,7 @@ class Carried(NamedTuple):
     force: Array
     before: Array
     approach: Array
+    history: Array
     ledger: Array
     lost: Array
     clock: Array
@@ -194,7 +211,7 @@ class Window(NamedTuple):
 class Rows(NamedTuple):
     """What is kept of each step.
 
-    t : (k,) float [s];  response : (k, n_j, 13);  approach : (k, n_j) float [m/s]
+    t : (k,) float [s];  response : (k, n_c, 20);  approach : (k, n_c) float [m/s]
     drive : (k, n_d) float  multipliers of the driven rows
     y, v : (k, n + m);  ledger : (k, 11) float [J];  or none of these three
     """
@@ -233,14 +250,12 @@ class Memory(NamedTuple):
  P_SIGNAL, P_CONTACT_AT, P_LATCH_AT, P_LIMITED, P_SOLVER, P_SOLVER_INTS, P_FLOATS, P_MASS,
  P_MASS_DATA, P_SCALE, P_CONTACT_MASS, P_LATCH_VALUE, P_LIMITS) = range(22)  # fmt: skip
 """Fields of a packed program."""
-(Y, V, A, FORCE0, BEFORE, APPROACH0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
+(Y, V, A, FORCE0, BEFORE, APPROACH0, HISTORY0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
  ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_, FORCE1, Q_HAT,
- V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, RESPONSE, SPLIT, SCRATCH,
- OTHER, THIRD, RATES, STEP, JACOBIAN, TOUCHING, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(
-    49
-)  # fmt: skip
+ V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, RESPONSE, SCRATCH, OTHER,
+ THIRD, RATES, TRIED, JACOBIAN, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(48)  # fmt: skip
 """Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
-(names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``STEP``: time,
+(names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``TRIED``: time,
 B, G, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see ``_look``. ``EARLIER``:
 accelerations and multipliers one step before; ``TREND``: how they go on, see ``_begin``.
 ``MOMENTUM``: M a at the beginning of the step."""
@@ -290,14 +305,14 @@ def memory(
 ) -> Memory:
     """Copies of what is carried and of the window, and room for ``kept`` rows and the work."""
     n, m, joints = map(int, program.sizes[:3])
-    y, looks = n + m, 5 + 2 * n + joints * (COLUMNS + 6)
+    y, looks = n + m, 5 + 2 * n + joints * COLUMNS
     driven, some = len(program.driven), kept if full else 0
     given = [*carried[:-1], settings, *window]
     rows = [kept, kept * joints * COLUMNS, kept * joints, kept * driven, some * y, some * y,
             some * TERMS]  # fmt: skip
     tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, factors]
-    tried += [window.c0.size] * 3 + [program.signals.size, joints * COLUMNS, joints * 6]
-    tried += [y, y, y, 3 * m, 4, JACOBIANS, joints, 2 * looks, 64 * 9, y, 3, n]
+    tried += [window.c0.size] * 3 + [program.signals.size, joints * COLUMNS]
+    tried += [y, y, y, 3 * m, 4, JACOBIANS, 2 * looks, 64 * 9, y, 3, n]
     sizes = [part.size for part in given] + rows + tried
     ends = np.cumsum(sizes)
     reals = np.zeros(ends[-1])
@@ -391,7 +406,7 @@ def _coefs(coef, s):
 @_inner
 def _terms(p):
     """Rows of terms and of their kernels."""
-    return _whole(p, P_TERMS).reshape((-1, 11)), _whole(p, P_KERNELS).reshape((-1, 4))
+    return _whole(p, P_TERMS).reshape((-1, SIZES)), _whole(p, P_KERNELS).reshape((-1, KERNELS))
 
 
 @njit(cache=True, error_model="numpy")
@@ -413,7 +428,8 @@ def matrix(p, y, v, coef, cM, cK, cC, data):
     terms, kernels = _terms(p)
     for k in range(len(terms)):
         s = terms[k]
-        places = slots[s[SLOT0] : s[SLOT0] + s[ROWS] * s[ENTRIES]].reshape((s[ROWS], s[ENTRIES]))
+        end = s[SLOT0] + s[SPREADS] * s[ENTRIES]
+        places = slots[s[SLOT0] : end].reshape((s[SPREADS], s[ENTRIES]))
         tangent_at(kernels[k, TANGENT])(
             y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), cK, cC, places, data
         )
@@ -436,16 +452,29 @@ def energies(p, y, v, coef, out):
 
 
 @njit(cache=True, error_model="numpy")
-def respond(p, y, v, coef, response, split):
-    """Response (n_j, 13) and dissipative forces (n_j, 6) of all contacts."""
+def respond(p, y, v, coef, response):
+    """Overwrite the response (n_c, 20) of all contacts."""
     terms, kernels = _terms(p)
     for k in range(len(terms)):
         s = terms[k]
         if s[ROLE] == CONTACT:
-            j, e = s[JOINT0], s[ROWS]
             respond_at(kernels[k, RESPOND])(
-                y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), response[j : j + e],
-                split[j : j + e],
+                y, v, _coefs(coef, s), _ints(p, s), _floats(p, s),
+                response[s[CONTACT0] : s[CONTACT0] + s[CONTACTS]],
+            )  # fmt: skip
+
+
+@_inner
+def _remember(p, w):
+    """Histories of all contacts at the end of the step."""
+    terms, kernels = _terms(p)
+    history = _real(w, HISTORY0).reshape((-1, HISTORIES))
+    for k in range(len(terms)):
+        s = terms[k]
+        if s[ROLE] == CONTACT:
+            remember_at(kernels[k, REMEMBER])(
+                _real(w, Y1_), _real(w, V1_), _coefs(_real(w, COEF), s), _ints(p, s),
+                _floats(p, s), history[s[CONTACT0] : s[CONTACT0] + s[CONTACTS]],
             )  # fmt: skip
 
 
@@ -508,7 +537,7 @@ def _violation(p, w, eps, curved, phi):
     for i in range(n):
         moved[i] = y[i] + eps * v[i] + curved * 0.5 * eps * eps * a[i]
     _fill(moved[n:], 0.0)
-    write_signals(p, _real(w, STEP)[0] + eps, _real(w, VALUES), coef)
+    write_signals(p, _real(w, TRIED)[0] + eps, _real(w, VALUES), coef)
     _fill(out, 0.0)
     forces(p, moved, v, coef, CONSTRAINT, out)
     _copy(out[n:], phi)
@@ -549,7 +578,18 @@ def _acting(p, w):
 
 
 @_inner
-def _let_act(p, w):
+def _write_contacts(p, w, h):
+    """What contacts carry with them, and the step for which it holds, among the coefficients."""
+    coef, at, approach = _real(w, COEF), _whole(p, P_CONTACT_AT), _real(w, APPROACH0)
+    history = _real(w, HISTORY0)
+    for j in range(at.size):
+        coef[at[j] + ACTIVE], coef[at[j] + APPROACH], coef[at[j] + STEP] = 1.0, approach[j], h
+        for i in range(HISTORIES):
+            coef[at[j] + HISTORY + i] = history[HISTORIES * j + i]
+
+
+@_inner
+def _let_act(p, w, h):
     """No contact acts in a step that begins in free flight: it ends where the impact begins.
 
     A force at the end of a long step would slow the journal down before it arrives.
@@ -558,17 +598,17 @@ def _let_act(p, w):
     approach = _real(w, APPROACH0)
     if at.size == 0:
         return
+    _write_contacts(p, w, h)
     _copy(coef, acting)
     for j in range(at.size):
-        acting[at[j] + APPROACH] = coef[at[j] + APPROACH] = approach[j]
         if approach[j] == 0.0:
-            acting[at[j] + STIFFNESS] = 0.0
+            acting[at[j] + ACTIVE] = 0.0
 
 
 @_inner
 def _predict(w, h):
     """q^, v^ and the factors B, G of the step."""
-    s, step, last = _real(w, SETTINGS), _real(w, STEP), _real(w, CLOCK)[1]
+    s, step, last = _real(w, SETTINGS), _real(w, TRIED), _real(w, CLOCK)[1]
     y, v, a, q_hat, v_hat = (
         _real(w, Y), _real(w, V), _real(w, A), _real(w, Q_HAT), _real(w, V_HAT)
     )  # fmt: skip
@@ -596,7 +636,7 @@ def _predict(w, h):
 @_inner
 def _place(w):
     """y, v of the trial from its accelerations."""
-    y, v, a, step = _real(w, Y1_), _real(w, V1_), _real(w, A1_), _real(w, STEP)
+    y, v, a, step = _real(w, Y1_), _real(w, V1_), _real(w, A1_), _real(w, TRIED)
     q_hat, v_hat = _real(w, Q_HAT), _real(w, V_HAT)
     for i in range(a.size):
         y[i] = q_hat[i] + step[1] * a[i]
@@ -649,7 +689,7 @@ def _note_trend(p, w, h):
 def _jacobian(p, w, h):
     """Factorise where the trial is; False if singular."""
     s, step, data, jacobian = (
-        _real(w, SETTINGS), _real(w, STEP), _real(w, DATA), _real(w, JACOBIAN)
+        _real(w, SETTINGS), _real(w, TRIED), _real(w, DATA), _real(w, JACOBIAN)
     )  # fmt: skip
     weight = 1.0 - s[ALPHA_F]
     matrix(
@@ -665,9 +705,6 @@ def _jacobian(p, w, h):
     if not np.isfinite(total) or _factorise(p, w) != 0:
         return False
     jacobian[MADE_FOR] = h
-    touching, approach = _real(w, TOUCHING), _real(w, APPROACH0)
-    for j in range(touching.size):
-        touching[j] = approach[j] != 0.0
     return True
 
 
@@ -677,15 +714,10 @@ def _serves(p, w, h):
 
     Not where the corrections that an exact one would have saved have cost as much as it costs.
     """
-    jacobian, touching, approach = _real(w, JACOBIAN), _real(w, TOUCHING), _real(w, APPROACH0)
+    jacobian = _real(w, JACOBIAN)
     if jacobian[MADE_FOR] == 0.0 or abs(h / jacobian[MADE_FOR] - 1.0) > FROZEN:
         return False
-    if jacobian[WASTED] > _whole(p, P_SOLVER)[2]:
-        return False
-    same = True
-    for j in range(touching.size):
-        same = same and touching[j] == (approach[j] != 0.0)
-    return same
+    return jacobian[WASTED] <= _whole(p, P_SOLVER)[2]
 
 
 def decay(p, w, h):
@@ -693,7 +725,7 @@ def decay(p, w, h):
 
     Derivatives by central differences along the motion, exact for quadratic constraints.
     """
-    s, step, total, n = _real(w, SETTINGS), _real(w, STEP), _real(w, TOTAL), _real(w, A1_).size
+    s, step, total, n = _real(w, SETTINGS), _real(w, TRIED), _real(w, TOTAL), _real(w, A1_).size
     m = total.size - n
     rates = _real(w, RATES).reshape((3, m))
     eps = instant(_real(w, Y1_), _real(w, V1_), n)
@@ -710,7 +742,7 @@ def decay(p, w, h):
 
 def velocity_rows(p, w, h):
     """Rows Phi' in place of Phi, scaled like Phi (index 2)."""
-    step, total, n = _real(w, STEP), _real(w, TOTAL), _real(w, A1_).size
+    step, total, n = _real(w, TRIED), _real(w, TOTAL), _real(w, A1_).size
     m = total.size - n
     rates = _real(w, RATES).reshape((3, m))
     eps = instant(_real(w, Y1_), _real(w, V1_), n)
@@ -736,7 +768,7 @@ def _mean_inertia(p, w):
 @_inner
 def _residual(p, w, h):
     """Forces and rows of the trial, and right-hand side of its correction."""
-    s, step, total, x = _real(w, SETTINGS), _real(w, STEP), _real(w, TOTAL), _real(w, X)
+    s, step, total, x = _real(w, SETTINGS), _real(w, TRIED), _real(w, TOTAL), _real(w, X)
     a1, force, inertial = _real(w, A1_), _real(w, FORCE0), _real(w, INERTIA)
     n, B, weight = a1.size, step[1], 1.0 - s[ALPHA_F]
     _fill(total, 0.0)
@@ -770,7 +802,7 @@ def _trusted(w, h):
 def _correct(w):
     """Add the correction to the trial: accelerations, multipliers, coordinates, velocities."""
     s, step, y1, v1, a1 = (
-        _real(w, SETTINGS), _real(w, STEP), _real(w, Y1_), _real(w, V1_), _real(w, A1_)
+        _real(w, SETTINGS), _real(w, TRIED), _real(w, Y1_), _real(w, V1_), _real(w, A1_)
     )  # fmt: skip
     q_hat, v_hat, x, B, G = _real(w, Q_HAT), _real(w, V_HAT), _real(w, X), step[1], step[2]
     for i in range(a1.size):
@@ -828,7 +860,7 @@ def _newton(p, w, h):
     same factors, except every ``TRUST``-th, which measures it.
     Returns the reason (DONE: converged), the number of corrections, the worst unknown.
     """
-    s, B, jacobian = _real(w, SETTINGS), _real(w, STEP)[1], _real(w, JACOBIAN)
+    s, B, jacobian = _real(w, SETTINGS), _real(w, TRIED)[1], _real(w, JACOBIAN)
     n, trusted, floor = _real(w, A1_).size, _trusted(w, h), _floor(p, w)
     _begin(w, h)
     before, contraction, worst = np.inf, trusted, 0
@@ -925,7 +957,7 @@ def project(p, w, h):
         if not size > tolerance:
             break
     if not size <= tolerance:
-        _real(w, STEP)[3] = np.inf
+        _real(w, TRIED)[3] = np.inf
     _fill(total, 0.0)
     forces(p, y, v, coef, -1, total)
     _copy(total[:n], _real(w, FORCE1))
@@ -967,11 +999,11 @@ def _error(p, w, h):
 @kernel(ATTEMPT)
 def attempt(p, w, h):
     """A converged step within the error tolerance, or the reason."""
-    span, step, now = _real(w, SPAN), _real(w, STEP), _real(w, CLOCK)[0]
+    span, step, now = _real(w, SPAN), _real(w, TRIED), _real(w, CLOCK)[0]
     last = now + h > span[1] - 1e-9 * span[2]
     step[0] = span[1] if last else now + h
     _coefficients(p, w, step[0])
-    _let_act(p, w)
+    _let_act(p, w, h)
     why, spent, w.whole[WORST] = _step(p, w, h)
     w.whole[4] += spent
     if why != DONE:
@@ -1027,85 +1059,92 @@ def _crossing(b, stack):
 
 
 @_inner
-def _leaving(y, ratio, radius, stack):
-    """First s where a journal leaves the circle of ``radius`` that grows by ``ratio`` - 1.
+def _leaving(path, ratio, radius, flat, stack):
+    """First s where e leaves the sphere, or passes the plane, at ``radius`` + (``ratio`` - 1) s.
 
-    y : (4, 2)  control points of its path, in clearances
+    path : (4, 3)  control points of e, in clearances
     """
     b = np.zeros(7)
     choose, six = (1.0, 3.0, 3.0, 1.0), (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
     for i in range(4):
+        ri = radius + (ratio - 1.0) * i / 3.0
         for j in range(4):
-            ri, rj = radius + (ratio - 1.0) * i / 3.0, radius + (ratio - 1.0) * j / 3.0
-            product = y[i, 0] * y[j, 0] + y[i, 1] * y[j, 1] - ri * rj
+            rj = radius + (ratio - 1.0) * j / 3.0
+            product = 0.5 * (path[i, 0] + path[j, 0] - ri - rj)
+            if not flat:
+                product = -ri * rj
+                for k in range(3):
+                    product += path[i, k] * path[j, k]
             b[i + j] += choose[i] * choose[j] / six[i + j] * product
     return _crossing(b, stack)
 
 
 @njit(cache=True, error_model="numpy")
-def onset(y, c0, c1, stack):
-    """Where in (0, 1) a journal is about to leave the circle of radius c; -1 if it does not.
+def onset(path, c0, c1, flat, stack):
+    """Where in (0, 1) a journal is about to touch; -1 if it does not.
 
     It stops ``LANDING``/2 before. A flight that begins closer than ``LANDING``, as only one from
     the initial state can, may go ``LANDING`` too far.
 
     Parameters
     ----------
-    y : (4, 2) float [m]  control points of the path
+    path : (4, 3) float [m]  control points of e
     c0, c1 : float [m]  clearance at both ends
+    flat : whether contact is e[0] > c, otherwise |e| > c
     stack : (64, 9) float  scratch
     """
-    y = y / c0
-    start = y[0, 0] ** 2 + y[0, 1] ** 2
-    limit = 1.0 if start < (1.0 - LANDING) ** 2 else 1.0 + LANDING
-    outside = _leaving(y, c1 / c0, limit, stack)
+    path = path / c0
+    start = path[0, 0]
+    if not flat:
+        start = sqrt(path[0, 0] ** 2 + path[0, 1] ** 2 + path[0, 2] ** 2)
+    limit = 1.0 if start < 1.0 - LANDING else 1.0 + LANDING
+    outside = _leaving(path, c1 / c0, limit, flat, stack)
     if outside < 0.0:
         return -1.0
-    before = _leaving(y, c1 / c0, limit - 0.5 * LANDING, stack)
+    before = _leaving(path, c1 / c0, limit - 0.5 * LANDING, flat, stack)
     return min(before, outside) if before > 0.0 else outside
 
 
 @_inner
 def _looked(p, w, which):
-    """Parts of a balance: real (5,), external (n,), drive (n,), response (n_j, 13), split."""
+    """Parts of a balance: real (5,), external (n,), drive (n,), response (n_c, 20)."""
     n, joints = p.ints[0], p.ints[2]
-    size = 5 + 2 * n + joints * (COLUMNS + 6)
+    size = 5 + 2 * n + joints * COLUMNS
     b = _real(w, LOOK)[which * size : (which + 1) * size]
     contacts = 5 + 2 * n
-    end = contacts + joints * COLUMNS
-    return (
-        b[:5], b[5 : 5 + n], b[5 + n : contacts],
-        b[contacts:end].reshape((joints, COLUMNS)), b[end:].reshape((joints, 6)),
-    )  # fmt: skip
+    return b[:5], b[5 : 5 + n], b[5 + n : contacts], b[contacts:].reshape((joints, COLUMNS))
 
 
 def locate(p, w, h, old):
     """Fraction of the step at which the first impact begins; -1: no onset inside.
 
-    Journals fly along cubics through both ends of the step. One whose control points lie in the
-    bearing circle stays in it.
+    Journals fly along cubics through both ends of the step. One whose control points lie inside
+    the clearance stays there.
     """
-    approach, first, y = _real(w, APPROACH0), -1.0, np.empty((4, 2))
+    approach, first, path = _real(w, APPROACH0), -1.0, np.empty((4, 3))
     joints = approach.size
-    response = _real(w, RESPONSE).reshape((joints, COLUMNS))
-    split, stack = _real(w, SPLIT).reshape((joints, 6)), _real(w, STACK).reshape((64, 9))
-    respond(p, _real(w, Y1_), _real(w, V1_), _real(w, COEF), response, split)
+    response, stack = _real(w, RESPONSE).reshape((joints, COLUMNS)), _real(w, STACK)
+    respond(p, _real(w, Y1_), _real(w, V1_), _real(w, COEF), response)
     started = _looked(p, w, old)[3]
     for j in range(joints):
         if approach[j] != 0.0:
             continue
         r0, r1 = started[j], response[j]
-        reach = 0.0
-        for k in range(2):
-            y[0, k], y[1, k] = r0[k], r0[k] + h / 3.0 * r0[Y1_RATE + k]
-            y[2, k], y[3, k] = r1[k] - h / 3.0 * r1[Y1_RATE + k], r1[k]
+        flat = r0[FLAT] != 0.0
+        for k in range(3):
+            path[0, k], path[1, k] = r0[PATH + k], r0[PATH + k] + h / 3.0 * r0[PATH_RATE + k]
+            path[2, k], path[3, k] = r1[PATH + k] - h / 3.0 * r1[PATH_RATE + k], r1[PATH + k]
+        reach = path[0, 0]
         for i in range(4):
-            reach = max(reach, y[i, 0] ** 2 + y[i, 1] ** 2)
+            one = path[i, 0]
+            if not flat:
+                one = sqrt(path[i, 0] ** 2 + path[i, 1] ** 2 + path[i, 2] ** 2)
+            reach = max(reach, one)
         near = (1.0 - LANDING) * min(r0[GAP], r1[GAP])
-        if near <= 0.0 or reach > near * near:
-            at = onset(y, r0[GAP], r1[GAP], stack)
-            if at > 0.0 and (first < 0.0 or at < first):
-                first = at
+        if near <= 0.0 or reach > near:
+            at_ = onset(path, r0[GAP], r1[GAP], flat, stack.reshape((64, 9)))
+            if at_ > 0.0 and (first < 0.0 or at_ < first):
+                first = at_
     return first
 
 
@@ -1132,14 +1171,14 @@ def _catching(p, w):
 
 
 @njit(cache=True, error_model="numpy")
-def note_approach(contact_at, coef, response, approach):
+def note_approach(response, approach):
     """Approach speed of each running impact: the largest since its onset; 0 once it is over.
 
     Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
     are loaded anew without a separation. Once begun, an impact is over when the journal is
     clearly apart, so that no flight is too short for its end to be located.
     """
-    for j in range(contact_at.size):
+    for j in range(approach.size):
         gap, rate, near = response[j, DEPTH], response[j, DEPTH_RATE], abs(response[j, GAP])
         closing = rate > 0.0 or approach[j] != 0.0
         if gap > 0.0 or (gap > -LANDING * near and closing):
@@ -1147,16 +1186,6 @@ def note_approach(contact_at, coef, response, approach):
             approach[j] = largest if largest > 0.0 else UNMEASURED
         else:
             approach[j] = 0.0
-        coef[contact_at[j] + APPROACH] = approach[j]
-
-
-@njit(cache=True, error_model="numpy")
-def impact_duration(mass, stiffness, speed, exponent):
-    """Duration [s] of an elastic impact: 2 d/v times the integral of (1 - x^(p+1))^-1/2."""
-    power = exponent + 1.0
-    depth = (0.5 * power * mass * speed * speed / stiffness) ** (1.0 / power)
-    shape = sqrt(pi) * gamma(1.0 + 1.0 / power) / gamma(0.5 + 1.0 / power)
-    return 2.0 * depth / speed * shape
 
 
 @_inner
@@ -1171,11 +1200,9 @@ def _impact_rung(p, w, response):
     s, approach, coef = _real(w, SETTINGS), _real(w, APPROACH0), _real(w, COEF)
     mass, contact_at, rung = _real(p, P_CONTACT_MASS), _whole(p, P_CONTACT_AT), 0
     for j in range(approach.size):
-        speed, at = approach[j], contact_at[j]
+        speed, at_ = approach[j], contact_at[j]
         if speed != 0.0 and abs(response[j, DEPTH_RATE]) > VIOLENT * speed:
-            last = impact_duration(
-                mass[j], coef[at + STIFFNESS], max(speed, 1e-9), coef[at + EXPONENT]
-            )
+            last = duration(mass[j], max(speed, 1e-9), coef[at_ : at_ + SLOT])
             rung = max(rung, _rung_below(s, last / IMPACT_RESOLUTION))
     return rung
 
@@ -1197,9 +1224,9 @@ def _next_rung(p, w, response, error):
 @_inner
 def _look(p, w, y, v, coef, which):
     """Fill a balance: kinetic, strain, contact energy, powers lost and on free strains; forces of
-    loads and of driven constraints; response and dissipative forces of the contacts."""
+    loads and of driven constraints; response of the contacts."""
     n, out, inertial = p.ints[0], _real(w, SCRATCH), _real(w, THIRD)[: p.ints[0]]
-    real, external, drive, response, split = _looked(p, w, which)
+    real, external, drive, response = _looked(p, w, which)
     inertia(p, v, inertial)
     real[0] = half_product(v, inertial)
     energies(p, y, v, coef, real[1:])
@@ -1217,28 +1244,31 @@ def _look(p, w, y, v, coef, which):
         forces(p, masked, v, coef, CONSTRAINT, out)
         _copy(out[:n], drive)
     if p.ints[2]:
-        respond(p, y, v, coef, response, split)
+        respond(p, y, v, coef, response)
 
 
 @_inner
-def _contact_losses(p, w, old, new):
-    """Add what each contact lost over the step to ``LOST``; sums of hysteresis and friction."""
+def _contact_losses(p, w, h, old, new):
+    """Add what each contact lost over the step to ``LOST``; sums of hysteresis and friction.
+
+    Mean forces times ways: of the normal force along the gap, of friction that of the mean slip
+    velocity.
+    """
     lost, hysteresis, friction = _real(w, LOST), 0.0, 0.0
-    response0, split0 = _looked(p, w, old)[3:]
-    response1, split1 = _looked(p, w, new)[3:]
+    response0, response1 = _looked(p, w, old)[3], _looked(p, w, new)[3]
     for j in range(len(response0)):
-        for k in range(2):
-            work = 0.0
-            for i in range(3):
-                turn = response1[j, i] - response0[j, i]
-                if i == 2:
-                    turn = (turn + pi) % (2.0 * pi) - pi
-                work -= 0.5 * (split0[j, 3 * k + i] + split1[j, 3 * k + i]) * turn
-            lost[2 * j + k] += work
-            if k == 0:
-                hysteresis += work
-            else:
-                friction += work
+        r0, r1 = response0[j], response1[j]
+        if r0[ELASTIC] == 0.0 and r1[ELASTIC] == 0.0:
+            continue
+        way = r1[DEPTH] + r1[GAP] - r0[DEPTH] - r0[GAP]
+        pressed, rubbed = 0.5 * (r0[DISSIPATIVE] + r1[DISSIPATIVE]) * way, 0.0
+        for i in range(3):
+            mean = r0[FRICTION + i] + r1[FRICTION + i]
+            rubbed -= 0.25 * h * mean * (r0[SLIP + i] + r1[SLIP + i])
+        lost[2 * j] += pressed
+        lost[2 * j + 1] += rubbed
+        hysteresis += pressed
+        friction += rubbed
     return hysteresis, friction
 
 
@@ -1303,7 +1333,7 @@ def _book(p, w, h, old, new):
     y0, y1, F0, F1 = _real(w, Y), _real(w, Y1_), _real(w, FORCE0), _real(w, FORCE1)
     before, external0, drive0 = _looked(p, w, old)[:3]
     after, external1, drive1 = _looked(p, w, new)[:3]
-    hysteresis, friction = _contact_losses(p, w, old, new)
+    hysteresis, friction = _contact_losses(p, w, h, old, new)
     loads, drive, by_forces = 0.0, 0.0, 0.0
     for i in range(F0.size):
         dq = 0.5 * (y1[i] - y0[i])
@@ -1350,11 +1380,13 @@ def take(p, w, h, old):
         _copy(_real(w, INERTIA), _real(w, MOMENTUM))
     else:
         inertia(p, _real(w, A), _real(w, MOMENTUM))
-    clock[0], clock[1] = _real(w, STEP)[0], h
+    clock[0], clock[1] = _real(w, TRIED)[0], h
     response = _looked(p, w, new)[3]
-    note_approach(_whole(p, P_CONTACT_AT), coef, response, _real(w, APPROACH0))
+    if p.ints[2]:
+        _remember(p, w)
+        note_approach(response, _real(w, APPROACH0))
     w.whole[2] += 1
-    _next_rung(p, w, response, _real(w, STEP)[3])
+    _next_rung(p, w, response, _real(w, TRIED)[3])
 
 
 @_inner
@@ -1397,11 +1429,10 @@ def _substep(p, w, old):
 @_inner
 def _enter(p, w):
     """Begin a window; a jump of coefficients or masses since the last one is work of heating."""
-    coef, ledger, at = _real(w, COEF), _real(w, LEDGER), _whole(p, P_CONTACT_AT)
+    coef, ledger = _real(w, COEF), _real(w, LEDGER)
     _copy(_real(w, C0), coef)
     _coefficients(p, w, _real(w, CLOCK)[0])
-    for j in range(at.size):
-        coef[at[j] + APPROACH] = _real(w, APPROACH0)[j]
+    _write_contacts(p, w, 0.0)
     _look(p, w, _real(w, Y), _real(w, V), coef, 0)
     inertia(p, _real(w, A), _real(w, MOMENTUM))
     now = _looked(p, w, 0)[0]

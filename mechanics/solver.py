@@ -64,14 +64,17 @@ class Mechanics:
         window = Window.between(self.system, state.motion.t, h, c0, c1)
         window = window._replace(packed=self.system.packed_at(T0))
         new, lost, why = advance(self.system, self.control, state, window, observe)
-        return new, self._heat(lost, T0), why
+        return new, self._heat(new, lost, T0, T1), why
 
-    def _heat(self, lost: Array, T: Array) -> Array:
-        """Share the frictional work of each joint between its journal and its bearing."""
-        heat = np.zeros(len(self.x))
-        contact = self.system.contact
-        if contact is not None:
-            np.add.at(heat, contact.points, contact.partition(T) * lost[:, 1:2])
+    def _heat(self, state: State, lost: Array, T0: Array, T1: Array) -> Array:
+        """Frictional work at the points of the joints where it arises, as heat (m,) [J]."""
+        heat, system, motion = np.zeros(len(self.x)), self.system, state.motion
+        if system.contacts:
+            y, v = system.unknowns(motion.q), np.append(motion.v, np.zeros(system.m))
+            response = system.respond(y, v, system.coefficients(T1))
+            for term in system.contacts:
+                rows = system.contact_rows(term)
+                heat += term.deposit(T0, lost[rows, 1], response[rows])
         return heat
 
     def coefficients(self, T: Array) -> Coefficients:

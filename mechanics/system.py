@@ -20,7 +20,7 @@ from mechanics.assembly import pattern
 from mechanics.description import (
     Beam,
     Bushing,
-    ClearanceRevolute,
+    Clearance,
     Description,
     History,
     Particle,
@@ -28,6 +28,7 @@ from mechanics.description import (
     RigidBody,
     Shell,
     Spring,
+    Telescope,
     TorsionSpring,
 )
 from mechanics.elements import FAMILIES
@@ -65,7 +66,8 @@ class System:
     n, m : int  number of coordinates and of constraints
     terms : list  everything that makes forces or holds
     elements : list  those of them that are flexible bodies
-    contact : term of the clearance joints, or None
+    contacts : terms of the joints with clearance
+    contact_names : (n_c,) str  their contacts: joint, with the place where it has several
     mass : (n, n) csr  constant mass matrix
     scale : (n,) float  size of each coordinate, for dimensionless norms
     row_names : (m,) str  joint or body of each multiplier
@@ -82,12 +84,12 @@ class System:
         self.m = sum(term.rows for term in holding)
         self._inertia = _inertia([*self.elements, *holding], _points(description, self.layout))
         self.mass = _mass(self.n, self._inertia)
-        self.contact = _contact(description, self.layout)
+        self.contacts = _contacts(description, self.layout)
+        self.contact_names = [name for term in self.contacts for name in term.contact_names]
         loads = _loads(description, self.layout, self.mass)
         springs = _springs(description, self.layout, self.n + self.m)
-        loose = [] if self.contact is None else [self.contact]
         damping = _rayleigh(description, self.elements, self.layout)
-        self.terms = [*self.elements, *damping, *holding, *springs, *loads, *loose]
+        self.terms = [*self.elements, *damping, *holding, *springs, *loads, *self.contacts]
         self.scale = _scale(description, self.layout)
         self.row_names, self.driven = _rows(self.n, self.m, holding)
         self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
@@ -195,11 +197,16 @@ class System:
         return np.concatenate([q, np.zeros(self.m) if lam is None else lam])
 
     def respond(self, y: Array, v: Array, coef: Coefficients) -> Array:
-        """(n_j, 13) response of the clearance joints."""
-        joints = 0 if self.contact is None else len(self.contact.names)
-        response, split = np.zeros((joints, march.COLUMNS)), np.zeros((joints, 6))
-        march.respond(self.packed, y, v, flat(coef), response, split)
+        """(n_c, 20) response of the contacts, columns of ``mechanics.march``."""
+        response = np.zeros((len(self.contact_names), march.COLUMNS))
+        march.respond(self.packed, y, v, flat(coef), response)
         return response
+
+    def contact_rows(self, term: Any) -> slice:
+        """Which of all contacts are those of a term of ``contacts``."""
+        before = self.contacts[: self.contacts.index(term)]
+        first = sum(len(other.contact_names) for other in before)
+        return slice(first, first + len(term.contact_names))
 
     # -- names ---------------------------------------------------------------------------------
 
@@ -210,7 +217,7 @@ class System:
         joints = dict.fromkeys(
             term.names[row]
             for term in self.terms
-            if term is self.contact or getattr(term, "rows", 0) > 0
+            if term in self.contacts or getattr(term, "rows", 0) > 0
             for row in np.flatnonzero(np.any(term.dofs == index, axis=1))
         )
         named = [name for name in joints if name not in self.layout.bodies]
@@ -277,10 +284,14 @@ def _springs(description: Description, layout: Layout, first_row: int) -> list:
     return import_module("mechanics.springs").build(items, layout, first_row) if items else []
 
 
-def _contact(description: Description, layout: Layout) -> Any:
-    """Clearance term, imported (and compiled) only when a joint has clearance."""
-    loose = [j for j in description.joints if isinstance(j, ClearanceRevolute)]
-    return import_module("mechanics.clearance").build(loose, layout) if loose else None
+def _contacts(description: Description, layout: Layout) -> list:
+    """Terms of joints with clearance, imported (and compiled) only when there are some."""
+    found = []
+    for kinds, module in ((Clearance, "clearance"), (Telescope, "telescope")):
+        loose = [j for j in description.joints if isinstance(j, kinds)]
+        if loose:
+            found += import_module(f"mechanics.{module}").build(loose, layout)
+    return found
 
 
 def _loads(description: Description, layout: Layout, mass: csr_array) -> list:
@@ -337,7 +348,7 @@ def _vectorwise(mass: csr_array) -> tuple[int, Indices, Indices, Array]:
 def _scale(description: Description, layout: Layout) -> Array:
     scale = layout.scale.copy()
     for joint in description.joints:
-        if isinstance(joint, ClearanceRevolute):
+        if isinstance(joint, Clearance):
             for site in (joint.journal, joint.bearing):
                 if site.body is not None:
                     r = layout.node_dofs[site.body][site.node] + np.arange(3)
@@ -366,7 +377,7 @@ def _pattern(system: System) -> tuple[Any, Indices, list[Indices]]:
     coo = system.mass.tocoo()
     diagonal = np.arange(system.n + system.m)[:, None]
     pairs = [(coo.row[:, None], coo.col[:, None]), (diagonal, diagonal)]
-    pairs += [(t.dofs, t.dofs) for t in system.terms]
+    pairs += [(dofs, dofs) for dofs in (getattr(t, "pattern_dofs", t.dofs) for t in system.terms)]
     shape, slots = pattern(system.n + system.m, pairs)
     return shape, slots[0].ravel(), [s.reshape(len(s), -1) for s in slots[2:]]
 
@@ -442,8 +453,8 @@ def _signals(histories: Sequence[tuple[int, History]]) -> int:
     return callback(write, ctypes.c_double, ctypes.c_int64) if histories else 0
 
 
-def _role(term: Any, contact: Any) -> int:
-    if term is contact:
+def _role(term: Any) -> int:
+    if hasattr(term, "remember"):
         return march.CONTACT
     if getattr(term, "external", False):
         return march.LOAD
@@ -454,24 +465,27 @@ def _program(system: System) -> march.Program:
     terms, rows = system.terms, []
     ints = floats = coefs = slots = joints = 0
     for term, places, columns in zip(terms, system._slots, system.columns, strict=True):
-        role = _role(term, system.contact)
+        contacts = len(getattr(term, "contact_names", ()))
         rows.append([
             len(term.dofs), term.ints.shape[1], term.floats.shape[1], columns, ints, floats, coefs,
-            places.shape[1], slots, role, joints,
+            places.shape[1], slots, len(places), _role(term), joints, contacts,
         ])  # fmt: skip
         ints, floats = ints + term.ints.size, floats + term.floats.size
         coefs, slots = coefs + columns * len(term.dofs), slots + places.size
-        joints += len(term.dofs) * (role == march.CONTACT)
-    kernels = [[t.force, t.tangent, t.energy, getattr(t, "respond", 0)] for t in terms]
+        joints += contacts
+    kernels = [
+        [t.force, t.tangent, t.energy, getattr(t, "respond", 0), getattr(t, "remember", 0)]
+        for t in terms
+    ]
     at, values = _latches(system)
     wound = any(t.energy and len(getattr(t, "signals", ())) for t in terms)
     solver = system.solver
-    contact_at = [_contact_start(rows, j) for j in range(joints)]
+    meeting = [term.masses(system.mass) for term in system.contacts]
     stride, mass_rows, mass_columns, mass = _vectorwise(system.mass)
     return march.Program(
         sizes=np.array([system.n, system.m, joints, wound, stride], np.int64),
-        terms=np.array(rows, np.int64).reshape(-1, 11),
-        kernels=np.array(kernels, np.int64).reshape(-1, 4),
+        terms=np.array(rows, np.int64).reshape(-1, march.SIZES),
+        kernels=np.array(kernels, np.int64).reshape(-1, march.KERNELS),
         ints=_line([t.ints for t in terms], np.int64),
         floats=_line([t.floats for t in terms], float),
         slots=_line(system._slots, np.int64),
@@ -483,8 +497,8 @@ def _program(system: System) -> march.Program:
         driven=system.driven,
         signals=np.array([place for place, _ in system._histories], np.int64),
         signal=np.array([_signals(system._histories)], np.int64),
-        contact_mass=np.zeros(0) if system.contact is None else system.contact.masses(system.mass),
-        contact_at=np.array(contact_at, np.int64),
+        contact_mass=_line(meeting, float),
+        contact_at=_contact_starts(rows),
         latch_at=at,
         latch_value=values,
         limited=np.array([limit.coordinate for limit in system.limits], np.int64),
@@ -508,12 +522,15 @@ def _line(parts: Sequence[NDArray], dtype: type) -> NDArray:
     return np.concatenate([np.zeros(0, dtype), *(p.ravel().astype(dtype) for p in parts)])
 
 
-def _contact_start(rows: Sequence[Sequence[int]], joint: int) -> int:
-    """First coefficient of a contact."""
-    for row in rows:
-        if row[march.ROLE] == march.CONTACT and joint < row[march.JOINT0] + row[march.ROWS]:
-            return row[march.COEF0] + (joint - row[march.JOINT0]) * row[march.COEFS]
-    raise IndexError(joint)
+def _contact_starts(rows: Sequence[Sequence[int]]) -> NDArray[np.int64]:
+    """(n_c,) first coefficient of each contact."""
+    starts = [
+        row[march.COEF0] + row[march.ROWS] * row[march.COEFS] // row[march.CONTACTS]
+        * np.arange(row[march.CONTACTS], dtype=np.int64)
+        for row in rows
+        if row[march.CONTACTS]
+    ]  # fmt: skip
+    return _line(starts, np.int64)
 
 
 def _latches(system: System) -> tuple[NDArray[np.int64], Array]:
