@@ -1,8 +1,8 @@
 """Laws of contact with clearance, as plain functions of numbers or arrays.
 
-Normal force F = K δ^p (1 + D δ̇/v), never attractive, with the approach speed v of the impact;
-friction by regularised Coulomb; shares of the frictional heat; change of the clearance with
-temperature.
+Normal force F = F_e(δ) (1 + D δ̇/v), never attractive, with the approach speed v of the impact;
+coefficients of friction; shares of the frictional heat; change of the clearance with temperature;
+and what the compiled laws (``mechanics.contact_laws``) are told of a description.
 """
 
 from collections.abc import Callable
@@ -10,13 +10,38 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import beta
+from scipy.special import beta, lambertw
+
+from mechanics.contact_laws import (
+    CYLINDER,
+    LUGRE,
+    NONE,
+    POWER,
+    RANGE,
+    REGULARISED,
+    RISING,
+    STICK,
+    STRIBECK,
+)
+from mechanics.description import Friction, NormalContact
 
 Array = NDArray[np.float64]
 Value = float | Array  # functions work element by element
 
 EXPONENT = {"hertz-external": 1.5, "hertz-internal": 1.5, "linear": 1.0}
-"""Exponent p of the normal laws."""
+"""Exponent p of the normal laws that are powers."""
+
+STIFFNESS = dict.fromkeys(EXPONENT, POWER) | {"cylinder": CYLINDER}
+"""Compiled normal law of each name."""
+
+FRICTION = {
+    "regularised": REGULARISED,
+    "stick": STICK,
+    "stribeck": STRIBECK,
+    "lugre": LUGRE,
+    "rising": RISING,
+}
+"""Compiled friction law of each name."""
 
 FREE_FLIGHT, IMPACT, SLIP, STICK = 0, 1, 2, 3
 IMPACT_RATE = 0.1
@@ -24,14 +49,14 @@ IMPACT_RATE = 0.1
 
 
 def hertz_radius(name: str, journal_radius: Value, bearing_radius: Value) -> Value:
-    """Effective radius [m] of two spheres.
+    """Effective radius [m] of two spheres; of one on a plane where the bearing radius is infinite.
 
     "hertz-external", R1 R2/(R1 + R2): side by side (Hua et al. 2026 use it for hinges);
     "hertz-internal", R1 R2/(R2 - R1): one inside the other (Johnson 1985, sec. 4.2, with one
     radius negative; Flores & Ambrosio 2004).
     """
     sign = {"hertz-external": 1.0, "hertz-internal": -1.0}[name]
-    return journal_radius * bearing_radius / (bearing_radius + sign * journal_radius)
+    return journal_radius / (1.0 + sign * journal_radius / bearing_radius)
 
 
 def hertz_stiffness(radius: Value, E1: Value, nu1: Value, E2: Value, nu2: Value) -> Value:
@@ -39,7 +64,85 @@ def hertz_stiffness(radius: Value, E1: Value, nu1: Value, E2: Value, nu2: Value)
 
     Johnson, Contact Mechanics (1985), eq. 4.23.
     """
-    return 4.0 / 3.0 * np.sqrt(radius) / ((1.0 - nu1**2) / E1 + (1.0 - nu2**2) / E2)
+    return 4.0 / 3.0 * np.sqrt(radius) * effective_modulus(E1, nu1, E2, nu2)
+
+
+def effective_modulus(E1: Value, nu1: Value, E2: Value, nu2: Value) -> Value:
+    """E* [N/m^2], 1/E* = (1 - nu1²)/E1 + (1 - nu2²)/E2."""
+    return 1.0 / ((1.0 - nu1**2) / E1 + (1.0 - nu2**2) / E2)
+
+
+def cylinder_indentation(force: Value, stiffness: Value, limit: Value) -> Value:
+    """δ = F/K (ln(P/F) - 1) [m] of a cylinder in a bore, with K = π E* L and P = 4 π E* L ΔR.
+
+    Johnson 1985, sec. 5.6, as Pereira, Ramalho & Ambrosio (2011, Nonlinear Dyn. 63, 681) write it
+    for internal contact, ΔR > 0 being the clearance. Up to F = P/e², where δ = 4 ΔR/e² = 0.541 ΔR,
+    the force rises with δ; beyond, the law has no meaning.
+    """
+    F = np.asarray(force, dtype=float)
+    some = np.where(F > 0.0, F, limit)
+    return np.where(F > 0.0, F / stiffness * (np.log(limit / some) - 1.0), 0.0)[()]
+
+
+def cylinder_force(depth: Value, stiffness: Value, limit: Value) -> Value:
+    """Inverse [N] of ``cylinder_indentation``, continued with its slope beyond ``RANGE`` P/e²."""
+    last_force = RANGE * np.exp(-2.0) * limit
+    last = cylinder_indentation(last_force, stiffness, limit)
+    inside = np.clip(depth, 0.0, last)
+    part = np.where(inside > 0.0, inside, last) * stiffness / limit
+    force = stiffness * inside / -lambertw(-np.e * part, -1).real
+    return (force - np.maximum(depth - last, 0.0) * stiffness / np.log(RANGE))[()]
+
+
+def law_columns(
+    contact: NormalContact,
+    radius: float,
+    clearance: float,
+    length: float | None,
+    share: float,
+    E1: Value,
+    nu1: Value,
+    E2: Value,
+    nu2: Value,
+) -> tuple[float, Value, Value]:
+    """Columns LAW, K, P of ``mechanics.contact_laws`` for one point of contact.
+
+    Parameters
+    ----------
+    radius : float [m]  of the journal
+    clearance : float [m]  at the reference temperature: the radii behind the stiffness are those of
+        the reference, so that it stays defined where the joint has seized; infinite for a plane
+    length : float | None [m]  of the cylinder;  share : part of the load that the point carries
+    E1, nu1, E2, nu2 : elastic constants [N/m^2], [-] of journal and bearing, float or (n,)
+    """
+    cylinder = contact.stiffness == "cylinder"
+    K: Value
+    if contact.value is not None:
+        K = share * contact.value
+    else:
+        elastic = E1, nu1, E2, nu2
+        K = share * _stiffness(contact.stiffness, radius, clearance, length, *elastic)
+    P = 4.0 * K * clearance if cylinder else EXPONENT[contact.stiffness]
+    return float(STIFFNESS[contact.stiffness]), K, P
+
+
+def _stiffness(
+    name: str,
+    radius: float,
+    clearance: float,
+    length: float | None,
+    *elastic: Value,
+) -> Value:
+    """K [N/m^1.5] of spheres, π E* L [N/m] of a cylinder."""
+    if name == "linear":
+        raise ValueError("a linear contact needs its stiffness")
+    if name == "cylinder":
+        if not length:
+            raise ValueError("the law of the cylinder needs a length")
+        return np.pi * length * effective_modulus(*elastic)
+    if name == "hertz-internal" and clearance <= 0.0:
+        raise ValueError("a sphere inside another one needs a clearance")
+    return hertz_stiffness(hertz_radius(name, radius, radius + clearance), *elastic)
 
 
 def normal_force(
@@ -132,6 +235,22 @@ def elastic_impact(mass: Value, stiffness: Value, speed: Value, exponent: Value 
     return Impact(deepest, stiffness * deepest**exponent, duration)
 
 
+class Rebound(NamedTuple):
+    """Velocities [m/s] of two bodies after a central impact, and lost energy [J]."""
+
+    first: Value
+    second: Value
+    loss: Value
+
+
+def rigid_impact(m1: Value, m2: Value, v1: Value, v2: Value, restitution: Value) -> Rebound:
+    """Central impact of rigid bodies, e (v1 - v2) = v2' - v1' (Hua et al. 2026)."""
+    meeting = m1 * m2 / (m1 + m2)
+    impulse = (1.0 + restitution) * meeting * (v1 - v2)
+    loss = 0.5 * (1.0 - restitution**2) * meeting * (v1 - v2) ** 2
+    return Rebound(v1 - impulse / m1, v2 + impulse / m2, loss)
+
+
 def thermal_clearance(
     clearance: Value, journal_radius: Value, journal_strain: Value, bearing_strain: Value
 ) -> Value:
@@ -143,6 +262,41 @@ def thermal_clearance(
 def friction_coefficient(T: Value, coefficient: float, slope: float, reference: float) -> Value:
     """mu(T) = mu0 (1 + slope (T - reference)), not below zero (Hua et al. 2026)."""
     return np.maximum(coefficient * (1.0 + slope * (T - reference)), 0.0)
+
+
+def rising_coefficient(
+    time: Value, kinetic: float, static: float, rate: float, exponent: float
+) -> Value:
+    """mu_s - (mu_s - mu_k) exp(-rate τ^m) [-] after sticking for τ [s] (Hua et al. 2026)."""
+    return static - (static - kinetic) * np.exp(-rate * np.asarray(time) ** exponent)
+
+
+def friction_columns(friction: Friction | None, T: float) -> Array:
+    """(10,) columns FRICTION..RISE_EXPONENT of ``mechanics.contact_laws`` at temperature T [K]."""
+    if friction is None:
+        return np.array([NONE, *[0.0] * 9])
+    static = friction.static_coefficient
+    static = friction.coefficient if static is None else static
+    factor = friction_factor(friction, T)
+    return np.array([
+        FRICTION[friction.law],
+        factor * friction.coefficient,
+        factor * static,
+        friction.regularisation_speed,
+        friction.stribeck_speed,
+        friction.viscous,
+        factor * static / friction.presliding,
+        friction.bristle_damping,
+        friction.rise_rate,
+        friction.rise_exponent,
+    ])  # fmt: skip
+
+
+def friction_factor(friction: Friction, T: Value) -> Value:
+    """Coefficients at T [K] over those at the reference temperature, by table or slope."""
+    if friction.table is not None:
+        return np.interp(T, *np.transpose(friction.table))
+    return friction_coefficient(T, 1.0, friction.temperature_slope, friction.reference_temperature)
 
 
 def friction_force(
@@ -161,16 +315,26 @@ PARTITION: dict[str, Callable] = {
 
 
 def classify(
-    penetration: Value, rate: Value, approach: Value, slip_speed: Value, regularisation_speed: Value
+    penetration: Value,
+    rate: Value,
+    approach: Value,
+    slip_speed: Value,
+    regularisation_speed: Value,
+    stuck: Value = 0.0,
+    law: int = REGULARISED,
 ) -> NDArray[np.int8]:
     """Regime of motion, int8: 0 free flight, 1 impact, 2 slip, 3 stick.
 
     Impact: in contact while |δ̇| exceeds ``IMPACT_RATE`` times the approach speed of the running
     impact. (At the turning point of an impact, for about 6 % of its duration, this is not so.)
-    Stick: in contact, no impact, and slower than the regularisation speed.
+    Stick: in contact, no impact, and ``stuck`` by friction ``law`` (column FRICTION of the compiled
+    laws) with bristles; by one without, slower than the regularisation speed.
     """
-    calm = np.where(np.abs(slip_speed) < regularisation_speed, STICK, SLIP)
+    if law in (STICK, LUGRE, RISING):
+        holds = np.asarray(stuck) > 0.0
+    else:
+        holds = np.abs(slip_speed) < regularisation_speed
     violent = np.abs(rate) > IMPACT_RATE * np.maximum(approach, 0.0)
     impact = violent & (np.asarray(approach) > 0.0)
-    regime = np.where(impact, IMPACT, calm)
+    regime = np.where(impact, IMPACT, np.where(holds, STICK, SLIP))
     return np.where(np.asarray(penetration) > 0.0, regime, FREE_FLIGHT).astype(np.int8)
