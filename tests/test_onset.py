@@ -8,6 +8,7 @@ from coupling.verify.models import ROOM, elastic, model
 from coupling.verify.motion import run
 from mechanics.description import ClearanceRevolute, NormalContact, Particle, Site
 from mechanics.dynamics import Control
+from mechanics.march import DEPTH, DISSIPATIVE, ELASTIC
 
 CLEARANCE = 5e-5
 MASS = 0.2
@@ -121,11 +122,7 @@ def test_force_never_pulls(restitution):
     contact = NormalContact(value=STIFFNESS, dissipation="hua2026", restitution=restitution)
     made = model(ball(MASS, 0.5 * X), [joint(contact, CLEARANCE)])
     path = run(made, 1.5 * CLEARANCE / 0.5, Control(1e-6, 1e-5, 1e-20))
-    columns = made.system.contact.columns
-    elastic_part, dissipative, depth = (
-        path.response[:, 0, columns.index(c)]
-        for c in ("elastic_force", "dissipative_force", "penetration")
-    )
+    elastic_part, dissipative, depth = path.response[:, 0, [ELASTIC, DISSIPATIVE, DEPTH]].T
     assert (dissipative < 0.0).any()
     assert (elastic_part + dissipative >= 0.0).all()
     assert (elastic_part[depth <= 0.0] == 0.0).all()
