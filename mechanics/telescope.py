@@ -1,0 +1,376 @@
+"""A tube in a tube: both bend, slide and turn in one another, and touch where they like.
+
+Contact is looked for at stations: nodes of the inner tube and places between them against the
+axis of the outer tube, and the mouth of the outer tube against the axis of the inner one. A station
+has its foot, the nearest point, wherever on that axis it is at the moment; axes are cubics whose
+tangent has no jump from element to element, and so has the force. A station acts where its foot is
+on the other tube. Rims are round (radius ``RIM``): beyond an end the bore widens with the square of
+the distance, so that a station that comes or goes under load loses it steadily, without a loss of
+energy. ``mechanics.telescope_kernels`` has the forces.
+
+Friction, slip and bristles are measured along the axes of the outer section: along the tube and
+twice across it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from mechanics import contact
+from mechanics import telescope_kernels as kernels
+from mechanics.contact_laws import (
+    ACTIVE,
+    CLEARANCE,
+    CORE,
+    FRICTION,
+    KINETIC,
+    LAW,
+    RADIUS,
+    SLOT,
+    STATIC,
+    K,
+)
+from mechanics.description import Beam, Telescope
+from mechanics.elements import FAMILIES
+from mechanics.layout import Layout, family_of
+from mechanics.line_elements import arc_lengths, pairs
+from mechanics.march import PLACE
+from mechanics.telescope_kernels import LENGTHS, OWN, PLACED, RIM, SIGN, VECTORS, WEIGHTS
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+ROUNDING = 0.1
+"""Radius of the rims of both tubes, in radii of the inner one [-]."""
+CENTRE = 1e-6
+"""Distance in clearances that the radius keeps at the centre, so that its direction is smooth there
+[-]."""
+_PLACED = [CLEARANCE, K, KINETIC, STATIC]
+
+
+class Tube(NamedTuple):
+    """One of the tubes of a joint.
+
+    nodes : (n,) int  first coordinates;  points : (n,) int  rows of the temperature array
+    lengths : (n,) float [m]  arc length at the nodes
+    """
+
+    body: Beam
+    nodes: Indices
+    points: Indices
+    lengths: Array
+
+    def weights(self, s: float) -> tuple[int, float]:
+        """Element of an arc length, and the weight of its second node."""
+        last = len(self.lengths) - 2
+        e = min(max(int(np.searchsorted(self.lengths, s, side="right")) - 1, 0), last)
+        part = (s - self.lengths[e]) / (self.lengths[e + 1] - self.lengths[e])
+        return e, float(min(max(part, 0.0), 1.0))
+
+    def at(self, values: Array, s: float) -> float:
+        """Values (n,) at the nodes, linear between them."""
+        return float(np.interp(s, self.lengths, values))
+
+
+class Station(NamedTuple):
+    """A section of one tube that may touch the other.
+
+    sign : 1 of the inner tube, -1 of the outer one;  node, fraction : where
+    """
+
+    joint: Telescope
+    label: str
+    own: Tube
+    other: Tube
+    sign: float
+    node: int
+    fraction: float = 0.0
+
+    @property
+    def place(self) -> float:
+        """Arc length [m] of the section."""
+        s = self.own.lengths
+        if not self.fraction:
+            return float(s[self.node])
+        return float(s[self.node] + self.fraction * (s[self.node + 1] - s[self.node]))
+
+    def vectors(self) -> tuple[Indices, Array]:
+        """(k,) int first coordinates and (4, k) weights of p, p', p_y, p_z, k = 4 or 8."""
+        if not self.fraction:
+            return self.own.nodes[self.node] + 3 * np.arange(4), np.eye(4)
+        a, b = self.own.lengths[self.node : self.node + 2]
+        hermite, weights = np.empty((3, 4)), np.zeros((4, 8))
+        kernels.axis_weights(self.place, float(a), float(b), hermite)
+        weights[:2, [0, 1, 4, 5]] = hermite[:2]
+        weights[[2, 3], [2, 3]], weights[[2, 3], [6, 7]] = 1.0 - self.fraction, self.fraction
+        nodes = self.own.nodes[self.node : self.node + 2]
+        return (nodes[:, None] + 3 * np.arange(4)).ravel(), weights
+
+    def tubes(self) -> tuple[Tube, Tube]:
+        """Inner and outer tube."""
+        return (self.own, self.other) if self.sign > 0.0 else (self.other, self.own)
+
+
+@dataclass(frozen=True, eq=False)
+class Telescopes:
+    """All telescopes of a system as one term with an element for each station.
+
+    Attributes
+    ----------
+    names : joint of each station;  contact_names : such as ``sleeve.node_03``, ``sleeve.mouth``
+    dofs : (E, k) int  coordinates of the own section and positions of the other tube; -1: none
+    pattern_dofs : (E2, k2) int  of each station with each element of the other tube, in which its
+        tangent may be; rows of its ``slots``
+    places : (E,) float [m]  feet in the reference
+    slots : contacts of an element
+    """
+
+    stations: list[Station]
+    dofs: Indices
+    pattern_dofs: Indices
+    ints: NDArray[np.int64]
+    floats: Array
+    places: Array
+    name: str = "telescope"
+    symmetric: bool = False
+    slots: int = 1
+    labels: list[str] = field(default_factory=lambda: [""])
+    force: int = kernels.add_force
+    tangent: int = kernels.add_tangent
+    energy: int = kernels.add_energy
+    respond: int = kernels.respond
+    remember: int = kernels.remember
+
+    @property
+    def names(self) -> list[str]:
+        """Joint of each station."""
+        return [station.joint.name for station in self.stations]
+
+    @property
+    def contact_names(self) -> list[str]:
+        """Name of each station."""
+        return [f"{station.joint.name}.{station.label}" for station in self.stations]
+
+    def coefficients(self, T: Array) -> Array:
+        """(E, SLOT + 4 N) columns of ``contact_laws``, then those that follow the place.
+
+        T : (m, 3) float [K]  section temperatures
+        """
+        wide = SLOT + PLACED * (self.floats.shape[1] - LENGTHS)
+        found = np.zeros((len(self.stations), wide))
+        for row, station, place in zip(found, self.stations, self.places, strict=True):
+            values = _coefficients(station, T[:, 0])
+            row[SLOT : SLOT + PLACED * len(values)] = values[:, _PLACED].ravel()
+            e, part = station.other.weights(place)
+            row[:SLOT] = (1.0 - part) * values[e] + part * values[e + 1]
+        return found
+
+    def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
+        """The coefficients as they are: contacts have no free strains."""
+        return c0, c1
+
+    def masses(self, mass: csr_array) -> Array:
+        """(E,) [kg]  what meets in an impact: reduced mass of both points in the reference."""
+        diagonal = mass.diagonal()
+        each = zip(self.stations, self.places, strict=True)
+        return np.array([1.0 / _mobility(station, place, diagonal) for station, place in each])
+
+    def deposit(self, T: Array, work: Array, response: Array) -> Array:
+        """(m,) float [J]  heat at the temperature points from ``work`` (E,) [J] of friction.
+
+        It is shared by the tubes as their materials at the station demand, and by the nodes about
+        the station with linear weights.
+        """
+        heat = np.zeros(len(T))
+        for station, done, place in zip(self.stations, work, response[:, PLACE], strict=True):
+            shares = _partition(station, float(place), T[:, 0])
+            places = (station.place, float(place))
+            for tube, s, share in zip((station.own, station.other), places, shares, strict=True):
+                e, part = tube.weights(s)
+                heat[tube.points[e]] += (1.0 - part) * share * done
+                heat[tube.points[e + 1]] += part * share * done
+        return heat
+
+
+# --------------------------------------------------------------------------------- making the term
+
+
+def build(joints: Sequence[Telescope], layout: Layout) -> Telescopes:
+    """One term for all telescopes; one that cannot be made is a ``ValueError``."""
+    stations = []
+    for joint in joints:
+        try:
+            stations += _stations(joint, layout)
+        except ValueError as problem:
+            raise ValueError(f"joint {joint.name!r}: {problem}") from None
+    own = [station.vectors() for station in stations]
+    room, nodes = max(v.size for v, _ in own), max(len(s.other.nodes) for s in stations)
+    ints = np.full((len(stations), OWN + room), -1, dtype=np.int64)
+    floats = np.zeros((len(stations), LENGTHS + nodes))
+    pair = 0
+    for i, (station, (vectors, weights)) in enumerate(zip(stations, own, strict=True)):
+        other = station.other
+        stride = other.nodes[1] - other.nodes[0]
+        ints[i, :OWN] = vectors.size, other.nodes[0], stride, len(other.nodes), pair
+        ints[i, OWN : OWN + vectors.size] = vectors
+        floats[i, [SIGN, RIM]] = station.sign, ROUNDING * station.joint.radius
+        spread = floats[i, WEIGHTS:LENGTHS].reshape(4, VECTORS)
+        spread[:, : vectors.size] = weights
+        floats[i, LENGTHS : LENGTHS + len(other.nodes)] = other.lengths
+        pair += len(other.nodes) - 1
+    feet = kernels.feet(layout.q0, ints, floats)
+    _check_inside(stations, feet)
+    dofs = _coordinates(stations, ints[:, OWN:], nodes)
+    pattern = _pattern_dofs(stations, ints[:, OWN:])
+    return Telescopes(stations, dofs, pattern, ints, floats, feet[:, 0].copy())
+
+
+def _stations(joint: Telescope, layout: Layout) -> list[Station]:
+    _check(joint)
+    inner, outer = _tube(joint.inner, layout), _tube(joint.outer, layout)
+    if joint.inner == joint.outer:
+        raise ValueError("a tube does not slide in itself")
+    along = [
+        Station(joint, f"node_{node:02d}", inner, outer, 1.0, node)
+        for node in range(len(inner.nodes))
+    ]
+    between = [
+        Station(joint, f"station_{e:02d}_{k}", inner, outer, 1.0, e, k / (joint.stations + 1))
+        for e in range(len(inner.nodes) - 1)
+        for k in range(1, joint.stations + 1)
+    ]
+    end = 0 if joint.mouth == "start" else len(outer.nodes) - 1
+    return [*along, *between, Station(joint, "mouth", outer, inner, -1.0, end)]
+
+
+def _tube(name: str, layout: Layout) -> Tube:
+    body = layout.bodies.get(name)
+    if body is None:
+        raise ValueError(f"there is no body {name!r}")
+    if not isinstance(body, Beam) or family_of(body).vectors != FAMILIES["beam3243"].vectors:
+        raise ValueError(f"{name!r} is no beam whose nodes have a position, r_x, r_y and r_z")
+    ends, slopes = pairs([body.points]), pairs([np.asarray(body.axes, float)[:, 0]])
+    lengths = np.concatenate([[0.0], np.cumsum(arc_lengths(ends, slopes))])
+    return Tube(body, layout.node_dofs[name], layout.point_index[name], lengths)
+
+
+def _check(joint: Telescope) -> None:
+    law, friction = joint.contact, joint.friction
+    if joint.mouth not in ("start", "end"):
+        raise ValueError(f"the mouth is at 'start' or 'end', not {joint.mouth!r}")
+    if not (joint.radius > 0.0 and joint.clearance > 0.0 and joint.stations >= 0):
+        raise ValueError("radius and clearance are positive, the number of stations not negative")
+    if law.stiffness not in contact.STIFFNESS or law.dissipation not in contact.DISSIPATION:
+        raise ValueError(f"unknown law {law.stiffness}, {law.dissipation}")
+    if law.stiffness == "cylinder":
+        raise ValueError("stations are points, to which the law of a cylinder in a bore is foreign")
+    if law.stiffness == "linear" and law.value is None:
+        raise ValueError("a linear contact needs its stiffness")
+    if friction is not None and friction.law not in contact.FRICTION:
+        raise ValueError(f"unknown friction {friction.law!r}")
+
+
+def _check_inside(stations: Sequence[Station], feet: Array) -> None:
+    """In the reference, what is between the ends of a tube is inside it."""
+    for station, (s, distance) in zip(stations, feet, strict=True):
+        between = 0.0 <= s <= station.other.lengths[-1]
+        if between and distance > station.joint.radius + station.joint.clearance:
+            name, inner, outer = station.joint.name, station.joint.inner, station.joint.outer
+            where = f"{distance:.6g} m at {station.label}"
+            raise ValueError(f"joint {name!r}: {inner!r} is not inside {outer!r}: {where}")
+
+
+def _components(vectors: NDArray) -> Indices:
+    """Coordinates (..., 3 k) of vectors (..., k); -1 where absent."""
+    found = np.where(vectors[..., None] >= 0, vectors[..., None] + np.arange(3), -1)
+    return found.reshape(*vectors.shape[:-1], -1).astype(np.intp)
+
+
+def _coordinates(stations: Sequence[Station], own: NDArray, nodes: int) -> Indices:
+    """Own coordinates and positions of the other tube."""
+    others = np.full((len(stations), nodes), -1)
+    for row, station in zip(others, stations, strict=True):
+        row[: len(station.other.nodes)] = station.other.nodes
+    return np.concatenate([_components(own), _components(others)], axis=1)
+
+
+def _pattern_dofs(stations: Sequence[Station], own: NDArray) -> Indices:
+    """Own coordinates and those of one element, for every element of the other tube."""
+    found = []
+    for vectors, station in zip(own, stations, strict=True):
+        nodes = station.other.nodes[:, None] + 3 * np.arange(4)
+        elements = np.concatenate([nodes[:-1], nodes[1:]], axis=1)
+        mine = np.tile(vectors, (len(elements), 1))
+        found.append(np.concatenate([mine, elements], axis=1))
+    return _components(np.concatenate(found))
+
+
+# ------------------------------------------------------------------------ temperature and mass
+
+
+def _temperatures(station: Station, T: Array) -> tuple[Array, Array]:
+    """(n,) [K]  of inner and outer tube where the station is at a node of the other tube."""
+    other = T[station.other.points]
+    own = np.full(len(other), station.own.at(T[station.own.points], station.place))
+    return (own, other) if station.sign > 0.0 else (other, own)
+
+
+def _coefficients(station: Station, T: Array) -> Array:
+    """(n, SLOT) coefficients of a station where it is at a node of the other tube."""
+    joint, at, tubes = station.joint, _temperatures(station, T), station.tubes()
+    strains = [
+        tube.body.material.thermal_strain(t, joint.reference_temperature)
+        for tube, t in zip(tubes, at, strict=True)
+    ]
+    found = np.zeros((len(at[0]), SLOT))
+    found[:, ACTIVE] = 1.0
+    found[:, CLEARANCE] = contact.thermal_clearance(joint.clearance, joint.radius, *strains)
+    found[:, RADIUS] = joint.radius * (1.0 + strains[0])
+    found[:, LAW:FRICTION] = np.column_stack(np.broadcast_arrays(*_normal(station, at)))
+    means, which = np.unique(0.5 * (at[0] + at[1]), return_inverse=True)
+    rubbing = [contact.friction_columns(joint.friction, float(t)) for t in means]
+    found[:, FRICTION:CORE] = np.array(rubbing)[which]
+    found[:, CORE] = CENTRE * joint.clearance
+    return found
+
+
+def _normal(station: Station, at: tuple[Array, Array]) -> tuple[contact.Value, ...]:
+    """Law, its two numbers, dissipation factor and reference speed at both temperatures (n,)."""
+    law, joint = station.joint.contact, station.joint
+    elastic = []
+    for tube, t in zip(station.tubes(), at, strict=True):
+        material = tube.body.material
+        elastic += [material.youngs_modulus(t), material.poissons_ratio(t)]
+    columns = contact.law_columns(law, joint.radius, joint.clearance, 0.0, 1.0, *elastic)
+    factor = contact.DISSIPATION[law.dissipation](law.restitution)
+    return (*columns, factor, law.reference_speed or 0.0)
+
+
+def _partition(station: Station, place: float, T: Array) -> tuple[float, float]:
+    """Share of the frictional heat of the own and of the other tube."""
+    friction = station.joint.friction
+    weight = contact.PARTITION[friction.partition if friction else "effusivity"]
+    weights = []
+    for tube, s in ((station.own, station.place), (station.other, place)):
+        material, t = tube.body.material, tube.at(T[tube.points], s)
+        weights.append(
+            float(weight(material.conductivity(t), material.density, material.heat_capacity(t)))
+        )
+    return weights[0] / sum(weights), weights[1] / sum(weights)
+
+
+def _mobility(station: Station, place: float, diagonal: Array) -> float:
+    """1/mass [1/kg] with which the station and the place of its foot give way to each other."""
+    vectors, weights = station.vectors()
+    other = station.other
+    e, part = other.weights(place)
+    hermite = np.empty((3, 4))
+    a, b = float(other.lengths[e]), float(other.lengths[e + 1])
+    kernels.axis_weights(a + part * (b - a), a, b, hermite)
+    facing = (other.nodes[e : e + 2, None] + [0, 3]).ravel()
+    own = np.sum(weights[0] ** 2 / diagonal[vectors])
+    return float(own + np.sum(hermite[0] ** 2 / diagonal[facing]))
