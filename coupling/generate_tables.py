@@ -10,6 +10,7 @@ from coupling.contact_tables import Contact, Friction
 from coupling.fields import (
     Count,
     PositiveLength,
+    PositiveMass,
     PositiveTime,
     Quantity,
     Table,
@@ -51,6 +52,11 @@ class Clearance(Table):
     clearance: PositiveLength = Field(description="radius of the bore - radius of the pin")
     spherical: bool = Field(
         default=False, description="whether spherical hinges as well are balls in wider sockets"
+    )
+    mass: PositiveMass | None = Field(
+        default=None,
+        description="of each pin and of each bore; given: they are parts of [thermal], which take "
+        "frictional heat and, in a shock, the temperature of their member",
     )
     reference_temperature: Temperature | None = Field(
         default=None,

@@ -24,9 +24,8 @@ def made_by(table: RingTruss) -> Tables:
         made["joint"]["support"] = {"kind": "clamp", "a": {"body": post, "at": at}}
     if table.shakers is not None:
         made["load"] = _shakers(truss, table)
-    if table.shock is not None:
-        made["thermal"] = {"wall": {m.name: _wall(m, table.shock) for m in truss.members}}
-    return made
+    heat = _heat(truss, table)
+    return {**made, "thermal": heat} if heat else made
 
 
 def _member(member: Member, table: RingTruss) -> Tables:
@@ -48,9 +47,12 @@ def _hinge(hinge: Hinge, table: RingTruss) -> Tables:
     ends = ({"body": hinge.a, "at": hinge.at}, {"body": hinge.base, "at": hinge.base_at})
     turning = {} if hinge.axis is None else {"axis": hinge.axis.tolist()}
     kind = "revolute" if turning else "spherical"
-    play = table.clearance
-    if play is None or not (turning or play.spherical):
+    if not _is_loose(hinge, table):
         return {"kind": kind, "a": ends[0], "b": ends[1], **turning}
+    assert table.clearance is not None
+    given = table.clearance.model_dump(
+        exclude={"spherical", "mass"}, exclude_unset=True, by_alias=True
+    )
     return {
         "kind": f"clearance_{kind}",
         "journal": ends[0],
@@ -58,7 +60,7 @@ def _hinge(hinge: Hinge, table: RingTruss) -> Tables:
         **turning,
         "journal_material": table.material,
         "bearing_material": table.material,
-        **play.model_dump(exclude={"spherical"}, exclude_unset=True, by_alias=True),
+        **given,
     }
 
 
@@ -83,11 +85,48 @@ def _shakers(truss: Truss, table: RingTruss) -> Tables:
     return found
 
 
-def _wall(member: Member, shock: Shock) -> Tables:
-    hot: Any = shock.first
-    if SLACK < member.angle < pi - SLACK:
-        end = shock.start + shock.duration
-        hot = {"ramp": {"start": shock.start, "end": end, "from": shock.first, "to": shock.last}}
+def _heat(truss: Truss, table: RingTruss) -> Tables:
+    """What the ring adds to [thermal]."""
+    made: Tables = {}
+    temperature = {}
+    if table.shock is not None:
+        temperature = {m.name: _temperature(m, table.shock) for m in truss.members}
+        made["wall"] = {m.name: _wall(m, temperature[m.name]) for m in truss.members}
+    sides = _sides(truss, table)
+    if table.clearance is not None and table.clearance.mass is not None:
+        lump = {"material": table.material, "mass": table.clearance.mass}
+        made["part"] = {f"{h}_{side}": {"of": f"{h}.{side}", **lump} for h, side, _ in sides}
+        made["fixed"] = {
+            f"{hinge}_{side}": {
+                "at": {"part": f"{hinge}_{side}"},
+                "temperature": temperature[member],
+            }
+            for hinge, side, member in sides
+            if temperature
+        }
+    return made
+
+
+def _sides(truss: Truss, table: RingTruss) -> list[tuple[str, str, str]]:
+    """Hinge, side and member of every side of the hinges with play."""
+    loose = [h for h in truss.hinges if _is_loose(h, table)]
+    return [(h.name, *side) for h in loose for side in (("journal", h.a), ("bearing", h.base))]
+
+
+def _is_loose(hinge: Hinge, table: RingTruss) -> bool:
+    play = table.clearance
+    return play is not None and (hinge.axis is not None or play.spherical)
+
+
+def _temperature(member: Member, shock: Shock) -> Any:
+    """History of the temperature of a member."""
+    if not SLACK < member.angle < pi - SLACK:
+        return shock.first
+    end = shock.start + shock.duration
+    return {"ramp": {"start": shock.start, "end": end, "from": shock.first, "to": shock.last}}
+
+
+def _wall(member: Member, hot: Any) -> Tables:
     return {"body": member.name, "side": member.normal.tolist(), "hot": hot, "cold": hot}
 
 

@@ -167,3 +167,95 @@ def test_it_runs_and_only_the_cooled_half_gets_shorter(tmp_path):
     assert np.allclose(at["batten_4"][:, 0], 333.15)
     largest = max(abs(x) for name, x in ledger.items() if not name.startswith("heat_"))
     assert abs(ledger["defect"]) < 1e-5 * largest
+
+
+# ------------------------------------------------------------------------------- with play
+
+PLAY = """
+[generate.ring.clearance]
+radius = "10 mm"
+clearance = "30 um"
+contact = { restitution = 0.5 }
+friction = { coefficient = 0.1 }
+"""
+
+
+def loose(tmp_path, added="", settings=()):
+    from coupling.casefile import from_text
+    from coupling.overrides import parse
+
+    return from_text(CASE + PLAY + added, tmp_path, parse(settings))
+
+
+def test_play_makes_every_revolute_a_pin_in_a_bore_of_a_post(tmp_path):
+    scene = loose(tmp_path, "[joint.diagonal_3_end.friction]\ncoefficient = 0.2\n")
+    kinds = [joint.kind for joint in scene.joint.values()]
+    assert {k: kinds.count(k) for k in set(kinds)} == {
+        "clearance_revolute": 24, "spherical": 12, "clamp": 1,
+    }  # fmt: skip
+    pins = {n: j for n, j in scene.joint.items() if j.kind == "clearance_revolute"}
+    assert {pin.bearing.body.partition("_")[0] for pin in pins.values()} == {"batten"}
+    assert all(name.startswith(pin.journal.body) for name, pin in pins.items())
+    pin = scene.joint["chord_up_2_start"]
+    assert (pin.radius, pin.clearance) == (0.01, pytest.approx(30e-6))
+    assert (pin.contact.restitution, pin.journal_material) == (0.5, "al6061")
+    coefficients = [pins[f"diagonal_{k}_end"].friction.coefficient for k in (2, 3)]
+    assert coefficients == [0.1, 0.2]
+
+
+def test_balls_in_sockets_as_well_if_asked_for(tmp_path):
+    scene = loose(tmp_path, settings=["generate.ring.clearance.spherical=true"])
+    kinds = [joint.kind for joint in scene.joint.values()]
+    assert (kinds.count("clearance_revolute"), kinds.count("clearance_spherical")) == (24, 12)
+
+
+def test_pins_with_a_mass_follow_the_shock_of_their_members(tmp_path):
+    heat = loose(tmp_path, settings=["generate.ring.clearance.mass=40 g"]).thermal
+    assert (len(heat.part), heat.part["diagonal_4_end_bearing"].mass) == (48, 0.04)
+    assert heat.part["diagonal_4_end_bearing"].of == "diagonal_4_end.bearing"
+    at = {name: fixed.temperature(2.0) for name, fixed in heat.fixed.items()}
+    # diagonal 2 is cooled and ends at batten 3, on the border of the halves, which is not
+    assert at["diagonal_2_end_journal"] == pytest.approx(283.15)
+    assert at["diagonal_2_end_bearing"] == pytest.approx(333.15)
+    assert at["diagonal_1_end_bearing"] == pytest.approx(283.15)
+
+
+def test_pins_without_a_mass_are_no_parts(tmp_path):
+    heat = loose(tmp_path).thermal
+    assert not heat.part and not heat.fixed
+
+
+def test_play_wider_than_the_pin_is_refused(tmp_path):
+    from coupling.errors import BadCase
+
+    with pytest.raises(BadCase, match="must be below the radius of the pin"):
+        loose(tmp_path, settings=["generate.ring.clearance.clearance=2 cm"])
+
+
+@pytest.mark.parametrize("spherical", [False, True])
+def test_the_ring_for_measuring_has_the_play_of_the_case(tmp_path, spherical):
+    from coupling.descriptions import motion_description
+    from coupling.rings import Play, ring_description
+    from mechanics.description import Friction, NormalContact
+    from meshes.materials import library_material
+    from meshes.sections import tube
+
+    word = str(spherical).lower()
+    scene = loose(tmp_path, settings=[f"generate.ring.clearance.spherical={word}"])
+    play = Play(0.01, 30e-6, NormalContact(restitution=0.5), Friction(0.1), spherical)
+    made = ring_description(
+        ring_truss(6, 20.0, 3.0, LEVELS[1], 0.2), tube(0.02, 1e-3), library_material("al6061"),
+        reference_temperature=333.15, clearance=play,
+    )  # fmt: skip
+    expected = {joint.name: joint for joint in motion_description(scene).joints}
+    assert len(made.joints) == len(expected) == 37
+    for joint in made.joints[1:]:
+        case = expected[joint.name]
+        assert type(case) is type(joint)
+        if hasattr(joint, "journal"):
+            assert (joint.journal.body, joint.bearing.body) == (
+                case.journal.body, case.bearing.body,
+            )  # fmt: skip
+            assert joint.clearance == pytest.approx(case.clearance)
+            assert (joint.contact, joint.friction.coefficient) == (case.contact, 0.1)
+            assert joint.reference_temperature == case.reference_temperature

@@ -213,11 +213,12 @@ def _member_missing(d: Description, kind: str, c: Wall | Flux | Radiation) -> li
 
 def _given_twice(d: Description) -> list[str]:
     places = layout(d)
-    conditions = given(d, places.regions)
-    return [
-        f"'{a.name}' and '{b.name}' both prescribe temperatures of '{region}'"
-        for i, a in enumerate(conditions)
-        for b in conditions[i + 1 :]
-        for region, nodes in places.regions.items()
-        if np.isin(np.intersect1d(a.nodes, b.nodes), nodes).any()
-    ]
+    region = {node: name for name, nodes in places.regions.items() for node in nodes.tolist()}
+    givers: dict[int, list[str]] = {}
+    twice: dict[tuple[str, str, str], None] = {}
+    for condition in given(d, places.regions):
+        for node in condition.nodes.tolist():
+            before = givers.setdefault(node, [])
+            twice |= dict.fromkeys((name, condition.name, region[node]) for name in before)
+            before.append(condition.name)
+    return [f"'{a}' and '{b}' both prescribe temperatures of '{where}'" for a, b, where in twice]
