@@ -55,6 +55,8 @@ SLIDING = 0.95
 """Part of their steady deflection at which bristles of the LuGre law count as sliding [-]."""
 LEAST = 1e-12
 """Keeps the LuGre law defined where a coefficient is zero [-]."""
+AT_BOUND = 1e-9
+"""Relative distance from the square of the bound that is round-off [-]."""
 AT_ONCE = 1e-30
 """Time that marks a contact that sticks since this very moment [s]."""
 
@@ -209,9 +211,9 @@ def friction(V, n, force, c, T, new):
     """Friction on the journal and the history of the contact at the end of the step.
 
     Bristles are carried along with the tangent plane at their length. The deflection grows by the
-    mean slip velocity of the step, exactly as the contact moves; in a step so long that it would
-    renew the deflection, by a velocity closer to that at its end, which keeps the direction of
-    the friction that of the slip.
+    mean slip velocity of the step, exactly as the contact moves; in a step so long that it renews
+    the deflection, by one closer to that at its end, so that friction lags the direction of the
+    slip by as much as the bristles do and not by half a step.
 
     Parameters
     ----------
@@ -261,12 +263,9 @@ def _creep(V, force, c, T):
 
 
 @_law
-def _advance(V, n, bound, c, new):
-    """Write the deflection at the beginning of the step, carried to the present tangent plane, to
-    new[:3], and the velocity by which it grows to new[3:6].
-
-    That is V0 + (1 - s) (V - V0) with s = 1/2 unless the mean velocity would lead through more
-    than two deflections ``bound`` [m], and as many times less then.
+def _carry(V, n, c, new):
+    """Write deflection and slip velocity V0 at the beginning of the step, both carried to the
+    present tangent plane, to new[:6]; how far the contact slips in the step [m].
     """
     z, V0 = c[HISTORY : HISTORY + 3], c[HISTORY + 3 : HISTORY + 6]
     lean, turn = _dot(n, z), _dot(n, V0)
@@ -275,12 +274,17 @@ def _advance(V, n, bound, c, new):
         new[i] = z[i] - lean * n[i]
         new[3 + i] = V0[i] - turn * n[i]
         mean = mean + (new[3 + i] + V[i]) ** 2
-    travelled = 0.5 * c[STEP] * _root(mean)
-    share = bound / travelled if travelled.real > 2.0 * bound else 0.5 + (mean - mean)
     before, after = _dot(z, z), _dot(new, new)
     length = _root(before / after) if after.real > 0.25 * before else 1.0 + (after - after)
     for i in range(3):
         new[i] = new[i] * length
+    return 0.5 * c[STEP] * _root(mean)
+
+
+@_law
+def _weigh(V, share, new):
+    """Overwrite V0 in new[3:6] with V + share (V0 - V)."""
+    for i in range(3):
         new[3 + i] = V[i] - share * (V[i] - new[3 + i])
 
 
@@ -297,6 +301,14 @@ def _bound(c):
 
 
 @_law
+def _holds(square, bound, c):
+    """Whether bristles bear their load; what slid in the last step is at the bound."""
+    if c[STEP] > 0.0:
+        return square <= bound**2
+    return c[HISTORY + 6] > 0.0 or square <= (1.0 - AT_BOUND) * bound**2
+
+
+@_law
 def _stick(V, n, force, c, T, new):
     """Friction of bristles with a bound; whether they hold.
 
@@ -304,11 +316,15 @@ def _stick(V, n, force, c, T, new):
     direction in which they were pulled, and the deflection creeps to its value with σ1/σ0.
     """
     bound = _bound(c)
-    _advance(V, n, bound / c[BRISTLE], c, new)
+    length, slipped = bound / c[BRISTLE], _carry(V, n, c, new)
+    share = 0.5 + (slipped - slipped)
+    if slipped.real > 2.0 * length:  # no deflection is left of what was
+        share = length / slipped * length / (slipped - length)
+    _weigh(V, share, new)
     for i in range(3):
         T[i] = c[BRISTLE] * (new[i] + c[STEP] * new[3 + i]) + c[BRISTLE_DAMPING] * V[i]
     square = _dot(T, T)
-    if square.real <= bound**2:
+    if _holds(square.real, bound, c):
         for i in range(3):
             new[i] = new[i] + c[STEP] * new[3 + i]
             T[i] = -force * (T[i] + c[VISCOUS] * V[i])
@@ -328,7 +344,9 @@ def _stick(V, n, force, c, T, new):
 def _lugre(V, n, force, c, T, new):
     """Friction by ż = V - σ0 |V| z/g(|V|); whether the bristles are far from sliding."""
     stiffness, h = c[BRISTLE], c[STEP]
-    _advance(V, n, c[KINETIC] / stiffness, c, new)
+    length, slipped = c[KINETIC] / stiffness, _carry(V, n, c, new)
+    share = length / slipped if slipped.real > 2.0 * length else 0.5 + (slipped - slipped)
+    _weigh(V, share, new)
     square = new[3] ** 2 + new[4] ** 2 + new[5] ** 2
     decay = stiffness * h * _root(square) / (_stribeck(square, c) + LEAST)
     kept = _exponential(-decay)
