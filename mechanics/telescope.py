@@ -14,6 +14,7 @@ twice across it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from mechanics import contact
 from mechanics import telescope_kernels as kernels
 from mechanics.contact_laws import (
     ACTIVE,
+    BRISTLE,
     CLEARANCE,
     CORE,
     FRICTION,
@@ -49,7 +51,7 @@ ROUNDING = 0.1
 CENTRE = 1e-6
 """Distance in clearances that the radius keeps at the centre, so that its direction is smooth there
 [-]."""
-_PLACED = [CLEARANCE, K, KINETIC, STATIC]
+_PLACED = [CLEARANCE, K, KINETIC, STATIC, BRISTLE]
 
 
 class Tube(NamedTuple):
@@ -156,17 +158,22 @@ class Telescopes:
         return [f"{station.joint.name}.{station.label}" for station in self.stations]
 
     def coefficients(self, T: Array) -> Array:
-        """(E, SLOT + 4 N) columns of ``contact_laws``, then those that follow the place.
+        """(E, SLOT + 5 N) columns of ``contact_laws``, then those that follow the place.
 
         T : (m, 3) float [K]  section temperatures
         """
-        wide = SLOT + PLACED * (self.floats.shape[1] - LENGTHS)
-        found = np.zeros((len(self.stations), wide))
-        for row, station, place in zip(found, self.stations, self.places, strict=True):
-            values = _coefficients(station, T[:, 0])
-            row[SLOT : SLOT + PLACED * len(values)] = values[:, _PLACED].ravel()
-            e, part = station.other.weights(place)
-            row[:SLOT] = (1.0 - part) * values[e] + part * values[e + 1]
+        found = np.zeros((len(self.stations), SLOT + PLACED * (self.floats.shape[1] - LENGTHS)))
+        start = 0
+        for _, group in groupby(self.stations, key=lambda s: (s.joint.name, s.sign)):
+            stations = list(group)
+            values = _coefficients(stations, T[:, 0])
+            rows = slice(start, start + len(stations))
+            last = SLOT + PLACED * values.shape[1]
+            found[rows, SLOT:last] = values[:, :, _PLACED].reshape(len(stations), -1)
+            for row, value, s in zip(found[rows], values, self.places[rows], strict=True):
+                e, part = stations[0].other.weights(s)
+                row[:SLOT] = (1.0 - part) * value[e] + part * value[e + 1]
+            start += len(stations)
         return found
 
     def with_rates(self, c0: Array, c1: Array, h: float) -> tuple[Array, Array]:
@@ -199,8 +206,8 @@ class Telescopes:
 # --------------------------------------------------------------------------------- making the term
 
 
-def build(joints: Sequence[Telescope], layout: Layout) -> Telescopes:
-    """One term for all telescopes; one that cannot be made is a ``ValueError``."""
+def build(joints: Sequence[Telescope], layout: Layout) -> list[Telescopes]:
+    """The term of all telescopes; one that cannot be made is a ``ValueError``."""
     stations = []
     for joint in joints:
         try:
@@ -226,7 +233,7 @@ def build(joints: Sequence[Telescope], layout: Layout) -> Telescopes:
     _check_inside(stations, feet)
     dofs = _coordinates(stations, ints[:, OWN:], nodes)
     pattern = _pattern_dofs(stations, ints[:, OWN:])
-    return Telescopes(stations, dofs, pattern, ints, floats, feet[:, 0].copy())
+    return [Telescopes(stations, dofs, pattern, ints, floats, feet[:, 0].copy())]
 
 
 def _stations(joint: Telescope, layout: Layout) -> list[Station]:
@@ -312,40 +319,45 @@ def _pattern_dofs(stations: Sequence[Station], own: NDArray) -> Indices:
 # ------------------------------------------------------------------------ temperature and mass
 
 
-def _temperatures(station: Station, T: Array) -> tuple[Array, Array]:
-    """(n,) [K]  of inner and outer tube where the station is at a node of the other tube."""
-    other = T[station.other.points]
-    own = np.full(len(other), station.own.at(T[station.own.points], station.place))
-    return (own, other) if station.sign > 0.0 else (other, own)
+def _temperatures(stations: Sequence[Station], T: Array) -> tuple[Array, Array]:
+    """(S, n) [K]  of inner and outer tube where each station is at a node of the other tube.
+
+    The stations are of one tube.
+    """
+    own, other = stations[0].own, T[stations[0].other.points]
+    there = np.interp([station.place for station in stations], own.lengths, T[own.points])
+    pair = np.broadcast_arrays(there[:, None], other)
+    return (pair[0], pair[1]) if stations[0].sign > 0.0 else (pair[1], pair[0])
 
 
-def _coefficients(station: Station, T: Array) -> Array:
-    """(n, SLOT) coefficients of a station where it is at a node of the other tube."""
-    joint, at, tubes = station.joint, _temperatures(station, T), station.tubes()
+def _coefficients(stations: Sequence[Station], T: Array) -> Array:
+    """(S, n, SLOT) coefficients of the stations of one tube at the nodes of the other."""
+    joint, at, tubes = stations[0].joint, _temperatures(stations, T), stations[0].tubes()
     strains = [
         tube.body.material.thermal_strain(t, joint.reference_temperature)
         for tube, t in zip(tubes, at, strict=True)
     ]
-    found = np.zeros((len(at[0]), SLOT))
-    found[:, ACTIVE] = 1.0
-    found[:, CLEARANCE] = contact.thermal_clearance(joint.clearance, joint.radius, *strains)
-    found[:, RADIUS] = joint.radius * (1.0 + strains[0])
-    found[:, LAW:FRICTION] = np.column_stack(np.broadcast_arrays(*_normal(station, at)))
+    found = np.zeros((*at[0].shape, SLOT))
+    found[..., ACTIVE] = 1.0
+    found[..., CLEARANCE] = contact.thermal_clearance(joint.clearance, joint.radius, *strains)
+    found[..., RADIUS] = joint.radius * (1.0 + strains[0])
+    for column, value in enumerate(_normal(joint, tubes, at), LAW):
+        found[..., column] = value
     means, which = np.unique(0.5 * (at[0] + at[1]), return_inverse=True)
     rubbing = [contact.friction_columns(joint.friction, float(t)) for t in means]
-    found[:, FRICTION:CORE] = np.array(rubbing)[which]
-    found[:, CORE] = CENTRE * joint.clearance
+    found[..., FRICTION:CORE] = np.array(rubbing)[which.reshape(at[0].shape)]
+    found[..., CORE] = CENTRE * joint.clearance
     return found
 
 
-def _normal(station: Station, at: tuple[Array, Array]) -> tuple[contact.Value, ...]:
-    """Law, its two numbers, dissipation factor and reference speed at both temperatures (n,)."""
-    law, joint = station.joint.contact, station.joint
-    elastic = []
-    for tube, t in zip(station.tubes(), at, strict=True):
-        material = tube.body.material
-        elastic += [material.youngs_modulus(t), material.poissons_ratio(t)]
-    columns = contact.law_columns(law, joint.radius, joint.clearance, 0.0, 1.0, *elastic)
+def _normal(
+    joint: Telescope, tubes: tuple[Tube, Tube], at: tuple[Array, Array]
+) -> tuple[contact.Value, ...]:
+    """Columns LAW to REFERENCE at both temperatures (S, n)."""
+    law, elastic = joint.contact, []
+    for tube, t in zip(tubes, at, strict=True):
+        elastic += [tube.body.material.youngs_modulus(t), tube.body.material.poissons_ratio(t)]
+    columns = contact.law_columns(law, joint.radius, joint.clearance, None, 1.0, *elastic)
     factor = contact.DISSIPATION[law.dissipation](law.restitution)
     return (*columns, factor, law.reference_speed or 0.0)
 

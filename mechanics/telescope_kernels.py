@@ -20,6 +20,7 @@ from numba import njit
 
 from mechanics.contact_laws import (
     ACTIVE,
+    BRISTLE,
     CLEARANCE,
     CORE,
     KINETIC,
@@ -39,9 +40,9 @@ first row of slots, one for each of its elements; own vectors."""
 SIGN, RIM, WEIGHTS, LENGTHS = 0, 1, 2, 34
 """Columns of ``floats``: 1 where the station is of the inner tube, -1 where it is of the outer one;
 radius of the rims; weights (4, 8) of own vectors in p, p', p_y, p_z; arc length at nodes."""
-PLACED = 4
+PLACED = 5
 """Coefficients that follow the place on the other tube, after those of a slot: for each of its
-nodes clearance, stiffness, kinetic and static friction."""
+nodes clearance, stiffness, kinetic and static friction, stiffness of bristles."""
 VECTORS = 8
 """Vectors of an element of the other tube, and the most that a section has."""
 FAR = 2.0
@@ -194,6 +195,7 @@ def _here(coef, element, part, length, c):
     c[K] = (1.0 - part) * coef[a + 1] + part * coef[b + 1]
     c[KINETIC] = (1.0 - part) * coef[a + 2] + part * coef[b + 2]
     c[STATIC] = (1.0 - part) * coef[a + 3] + part * coef[b + 3]
+    c[BRISTLE] = (1.0 - part) * coef[a + 4] + part * coef[b + 4]
     return (coef[b] - coef[a]) / length if 0.0 < part < 1.0 else 0.0
 
 
