@@ -12,17 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import beta, lambertw
 
-from mechanics.contact_laws import (
-    CYLINDER,
-    LUGRE,
-    NONE,
-    POWER,
-    RANGE,
-    REGULARISED,
-    RISING,
-    STICK,
-    STRIBECK,
-)
+from mechanics import contact_laws as laws
 from mechanics.description import Friction, NormalContact
 
 Array = NDArray[np.float64]
@@ -31,15 +21,15 @@ Value = float | Array  # functions work element by element
 EXPONENT = {"hertz-external": 1.5, "hertz-internal": 1.5, "linear": 1.0}
 """Exponent p of the normal laws that are powers."""
 
-STIFFNESS = dict.fromkeys(EXPONENT, POWER) | {"cylinder": CYLINDER}
+STIFFNESS = dict.fromkeys(EXPONENT, laws.POWER) | {"cylinder": laws.CYLINDER}
 """Compiled normal law of each name."""
 
 FRICTION = {
-    "regularised": REGULARISED,
-    "stick": STICK,
-    "stribeck": STRIBECK,
-    "lugre": LUGRE,
-    "rising": RISING,
+    "regularised": laws.REGULARISED,
+    "stick": laws.STICK,
+    "stribeck": laws.STRIBECK,
+    "lugre": laws.LUGRE,
+    "rising": laws.RISING,
 }
 """Compiled friction law of each name."""
 
@@ -85,13 +75,13 @@ def cylinder_indentation(force: Value, stiffness: Value, limit: Value) -> Value:
 
 
 def cylinder_force(depth: Value, stiffness: Value, limit: Value) -> Value:
-    """Inverse [N] of ``cylinder_indentation``, continued with its slope beyond ``RANGE`` P/e²."""
-    last_force = RANGE * np.exp(-2.0) * limit
+    """Inverse [N] of ``cylinder_indentation``; from the part RANGE of P/e² on with its slope there."""
+    last_force = laws.RANGE * np.exp(-2.0) * limit
     last = cylinder_indentation(last_force, stiffness, limit)
     inside = np.clip(depth, 0.0, last)
     part = np.where(inside > 0.0, inside, last) * stiffness / limit
     force = stiffness * inside / -lambertw(-np.e * part, -1).real
-    return (force - np.maximum(depth - last, 0.0) * stiffness / np.log(RANGE))[()]
+    return (force - np.maximum(depth - last, 0.0) * stiffness / np.log(laws.RANGE))[()]
 
 
 def law_columns(
@@ -112,7 +102,8 @@ def law_columns(
     radius : float [m]  of the journal
     clearance : float [m]  at the reference temperature: the radii behind the stiffness are those of
         the reference, so that it stays defined where the joint has seized; infinite for a plane
-    length : float | None [m]  of the cylinder;  share : part of the load that the point carries
+    length : float | None [m]  of the cylinder; a given value of its law is π E* L
+    share : part of the load that the point carries
     E1, nu1, E2, nu2 : elastic constants [N/m^2], [-] of journal and bearing, float or (n,)
     """
     cylinder = contact.stiffness == "cylinder"
@@ -274,7 +265,7 @@ def rising_coefficient(
 def friction_columns(friction: Friction | None, T: float) -> Array:
     """(10,) columns FRICTION..RISE_EXPONENT of ``mechanics.contact_laws`` at temperature T [K]."""
     if friction is None:
-        return np.array([NONE, *[0.0] * 9])
+        return np.array([laws.NONE, *[0.0] * 9])
     static = friction.static_coefficient
     static = friction.coefficient if static is None else static
     factor = friction_factor(friction, T)
@@ -321,7 +312,7 @@ def classify(
     slip_speed: Value,
     regularisation_speed: Value,
     stuck: Value = 0.0,
-    law: int = REGULARISED,
+    law: int = laws.REGULARISED,
 ) -> NDArray[np.int8]:
     """Regime of motion, int8: 0 free flight, 1 impact, 2 slip, 3 stick.
 
@@ -330,7 +321,7 @@ def classify(
     Stick: in contact, no impact, and ``stuck`` by friction ``law`` (column FRICTION of the compiled
     laws) with bristles; by one without, slower than the regularisation speed.
     """
-    if law in (STICK, LUGRE, RISING):
+    if law in (laws.STICK, laws.LUGRE, laws.RISING):
         holds = np.asarray(stuck) > 0.0
     else:
         holds = np.abs(slip_speed) < regularisation_speed

@@ -7,6 +7,9 @@ from scipy.optimize import brentq
 
 from mechanics import contact
 from mechanics.contact import DISSIPATION
+from mechanics.contact_laws import CYLINDER as CYLINDER_LAW
+from mechanics.contact_laws import LAW, POWER, SLOT, normal
+from mechanics.description import Friction, NormalContact
 
 MASS, STIFFNESS = 0.032673, 1.53846e10
 
@@ -195,3 +198,107 @@ def test_regimes():
     found = contact.classify(depth, rate, approach, slip, 1e-4)
     assert found.dtype == np.int8
     assert found.tolist() == expected.tolist()
+
+
+def test_regimes_of_friction_with_bristles():
+    """The bristles tell, not the speed; an impact stays one."""
+    for law in ("stick", "lugre", "rising"):
+        code = contact.FRICTION[law]
+        for stuck, slip in ((1.0, 1.0), (0.0, 1e-9)):
+            expected = contact.STICK if stuck else contact.SLIP
+            assert contact.classify(1e-6, 0.001, 0.1, slip, 1e-4, stuck, code) == expected
+            assert contact.classify(1e-6, 0.05, 0.1, slip, 1e-4, stuck, code) == contact.IMPACT
+            assert contact.classify(-1e-6, 0.05, 0.1, slip, 1e-4, stuck, code) == 0
+    for law in ("regularised", "stribeck"):
+        code = contact.FRICTION[law]
+        assert contact.classify(1e-6, 0.0, 0.1, 1e-5, 1e-4, 0.0, code) == contact.STICK
+
+
+def test_static_hertz_contact_of_an_aluminium_ball():
+    """Ball of 10 mm on a plane, both 69 GPa and 0.33, 100 N: a² = R δ, p0 = 3 F/(2 π a²)."""
+    R = contact.hertz_radius("hertz-internal", 10e-3, np.inf)
+    K = contact.hertz_stiffness(R, 69e9, 0.33, 69e9, 0.33)
+    depth = brentq(lambda d: contact.normal_force(K, 1.5, d, 0.0, 0.0, 0.0) - 100.0, 0, 1e-3)
+    assert depth == pytest.approx(7.212941e-6, rel=1e-6)
+    a = np.sqrt(R * depth)
+    assert a == pytest.approx(2.685692e-4, rel=1e-6)
+    assert 150.0 / (np.pi * a**2) == pytest.approx(6.619558e8, rel=1e-6)
+
+
+def test_rigid_impact():
+    """Hua et al. 2026: 2 and 1 kg, 3 and -1 m/s, e = 0.6."""
+    found = contact.rigid_impact(2.0, 1.0, 3.0, -1.0, 0.6)
+    assert found == pytest.approx((0.866667, 3.266667, 3.413333), rel=1e-6)
+    before = 0.5 * (2.0 * 3.0**2 + 1.0)
+    after = 0.5 * (2.0 * found.first**2 + found.second**2)
+    assert before - after == pytest.approx(found.loss)
+    wall = contact.rigid_impact(1.0, 1e300, 2.0, 0.0, 0.85)
+    assert wall.first == pytest.approx(-1.7)
+
+
+def test_rising_static_friction():
+    numbers = (0.0623, 0.0859, 0.570, 0.629)
+    times = np.array([0.0, 1.365, 9.20, 27.7, 1e9])
+    part = (contact.rising_coefficient(times, *numbers) - 0.0623) / 0.0236
+    assert part == pytest.approx([0.0, 0.5, 0.9, 0.99, 1.0], abs=1e-3)
+
+
+CYLINDER = NormalContact("cylinder")
+ALLOY = (69e9, 0.33, 207e9, 0.3)
+
+
+def test_cylinder_law():
+    """Pin 9.5 mm in a bore of 10 mm, 15 mm long: δ = F/(π E* L) (ln(4 π E* L ΔR/F) - 1)."""
+    modulus = 1.0 / ((1 - 0.33**2) / 69e9 + (1 - 0.3**2) / 207e9)
+    columns = contact.law_columns(CYLINDER, 9.5e-3, 0.5e-3, 15e-3, 1.0, *ALLOY)
+    law, K, P = columns
+    assert law == CYLINDER_LAW
+    assert pytest.approx(np.pi * modulus * 15e-3, rel=1e-14) == K
+    assert pytest.approx(4 * np.pi * modulus * 15e-3 * 0.5e-3, rel=1e-14) == P
+    for force in (1e-6, 1.0, 27.0, 1e4, 0.89 * P / np.e**2):
+        depth = force / (np.pi * modulus * 15e-3) * (np.log(P / force) - 1)
+        assert contact.cylinder_indentation(force, K, P) == pytest.approx(depth, rel=1e-13)
+        assert contact.cylinder_force(depth, K, P) == pytest.approx(force, rel=1e-9)
+
+
+def test_cylinder_law_against_its_compiled_twin():
+    _, K, P = contact.law_columns(CYLINDER, 9.5e-3, 0.5e-3, 15e-3, 1.0, *ALLOY)
+    c = np.zeros(SLOT)
+    c[0], c[LAW : LAW + 3] = 1.0, (CYLINDER_LAW, K, P)
+    depths = np.array([-1e-6, 0.0, 1e-9, 1e-6, 1e-4, 2.6e-4, 2.7e-4, 1e-3])
+    expected = [normal(depth, 0.0, c)[0] for depth in depths]
+    assert contact.cylinder_force(depths, K, P) == pytest.approx(expected, rel=1e-9)
+
+
+def test_columns_of_normal_laws():
+    def columns(stiffness, value=None, share=1.0, clearance=0.5e-3, length=15e-3):
+        law = NormalContact(stiffness, value)
+        return contact.law_columns(law, 9.5e-3, clearance, length, share, *ALLOY)
+
+    assert columns("linear", 3e6, 0.5) == (POWER, 1.5e6, 1.0)
+    for name in ("hertz-external", "hertz-internal"):
+        K = contact.hertz_stiffness(contact.hertz_radius(name, 9.5e-3, 10e-3), *ALLOY)
+        assert columns(name, share=1 / 3) == pytest.approx((POWER, K / 3, 1.5))
+        assert columns(name, 2e9) == (POWER, 2e9, 1.5)
+    half, whole = columns("cylinder", share=0.5), columns("cylinder", length=7.5e-3)
+    assert half == pytest.approx(whole)
+    assert columns("cylinder", 1e9) == pytest.approx((CYLINDER_LAW, 1e9, 4e9 * 0.5e-3))
+    assert columns("cylinder", clearance=-1e-5)[2] < 0.0  # the compiled law is linear then
+    for wrong in ({"stiffness": "linear"}, {"stiffness": "cylinder", "length": None},
+                  {"stiffness": "hertz-internal", "clearance": 0.0}):  # fmt: skip
+        with pytest.raises(ValueError, match="needs"):
+            columns(**wrong)
+
+
+def test_columns_of_friction_laws():
+    assert not contact.friction_columns(None, 300.0).any()
+    slope = Friction(0.1, temperature_slope=-1e-3, static_coefficient=0.15, law="stick")
+    found = contact.friction_columns(slope, 398.15)
+    assert found[:3] == pytest.approx([contact.FRICTION["stick"], 0.09, 0.135])
+    assert found[6] == pytest.approx(0.135 / 1e-7)
+    table = ((200.0, 2.0), (300.0, 1.0))
+    law = Friction(0.1, law="rising", table=table, bristle_damping=3.0, viscous=0.2)
+    for T, factor in ((100.0, 2.0), (250.0, 1.5), (400.0, 1.0)):
+        found = contact.friction_columns(law, T)
+        expected = [5, 0.1 * factor, 0.1 * factor, 1e-4, 1e-3, 0.2, 1e6 * factor, 3.0, 0.57, 0.629]
+        assert found == pytest.approx(expected)
