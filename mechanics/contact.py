@@ -75,7 +75,7 @@ def cylinder_indentation(force: Value, stiffness: Value, limit: Value) -> Value:
 
 
 def cylinder_force(depth: Value, stiffness: Value, limit: Value) -> Value:
-    """Inverse [N] of ``cylinder_indentation``; from the part RANGE of P/e² on with its slope there."""
+    """Inverse [N] of ``cylinder_indentation``, continued with its slope beyond RANGE P/e²."""
     last_force = laws.RANGE * np.exp(-2.0) * limit
     last = cylinder_indentation(last_force, stiffness, limit)
     inside = np.clip(depth, 0.0, last)
