@@ -53,17 +53,43 @@ STANDARD: dict[str, dict[str, Column]] = {
     },
     "joints": {
         "time": Column("s", "time"),
-        "orbit": Column("m", "journal centre relative to the bearing in the hinge plane"),
-        "clearance": Column("m", "radial clearance at the present temperatures"),
+        "orbit": Column(
+            "m", "journal centre relative to the bearing, along the directions of the group"
+        ),
+        "towards_wall": Column("m", "way of a corner to its wall, which is at the clearance"),
+        "clearance": Column("m", "clearance at the present temperatures"),
         "penetration": Column("m", "indentation, positive in contact"),
         "normal_force": Column("N", "normal contact force"),
-        "friction_force": Column("N", "friction force"),
-        "slip_speed": Column("m/s", "relative speed of the surfaces along the contact"),
+        "friction_force": Column(
+            "N", "friction force on the journal: planar, counter-clockwise; otherwise its size"
+        ),
+        "slip_speed": Column(
+            "m/s", "speed of the journal's surface on the bearing's, as the friction force"
+        ),
+        "friction_vector": Column("N", "friction force on the journal, along the group's axes"),
+        "approach": Column("m/s", "approach speed of the running impact; 0 none, -1 not known"),
         "angle": Column("rad", "prescribed rotation"),
         "torque": Column("N m", "torque of the drive"),
         "regime": Column("", "0 free flight, 1 impact, 2 slip, 3 stick", np.int8),
+        "stuck": Column("", "1 where bristles stick", np.int8),
+        "place": Column("m", "of the contact, along the bearing"),
         "temperature_journal": Column("K", "temperature of the journal"),
         "temperature_bearing": Column("K", "temperature of the bearing"),
+    },
+    "contacts": {
+        "time": Column("s", "end of the coupling window"),
+        "impacts": Column("", "onsets of each contact in the window", np.int64),
+        "peak_force": Column("N", "largest normal force of each contact in the window"),
+        "shares": Column(
+            "", "of the window, of each contact, in free flight, impact, slip, stick", np.float32
+        ),
+        "friction_work": Column("J", "of each contact in the window, by the trapezoidal rule"),
+    },
+    "events": {
+        "time": Column("s", "when a contact began or ended"),
+        "contact": Column("", "number of the contact, an attribute of its history", np.int32),
+        "kind": Column("", "1 onset, 0 release", np.int8),
+        "speed": Column("m/s", "of approach or separation"),
     },
     "bodies": {
         "position": Column("m", "nodes"),

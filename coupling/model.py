@@ -2,7 +2,7 @@
 
 import importlib.metadata
 import platform
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,17 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling import manager, observables
+from coupling.contact_history import Steps
+from coupling.contacts import Contact, attributes, contacts_of
 from coupling.descriptions import flexible_bodies, motion_description, shells, sided_joints
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
-from coupling.places import place_of, point_of
 from coupling.plan import plan
 from coupling.scene import Scene
-from coupling.site_tables import GROUND
 from coupling.transfer import transfer
 from mechanics.dynamics import Control
 from mechanics.layout import Layout
 from mechanics.ledger import TERMS
+from mechanics.march import Rows
 from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
 
@@ -128,101 +129,47 @@ class Model:
         """Elements of the shells."""
         return observables.surfaces(self.layout)
 
-    # -- clearance joints ----------------------------------------------------------------------
+    # -- contacts ------------------------------------------------------------------------------
 
-    def joint_names(self) -> list[str]:
-        """Clearance joints, in the order of their histories."""
-        contact = self.motion_solver.system.contact
-        return [] if contact is None else list(contact.names)
+    @cached_property
+    def contacts(self) -> list[Contact]:
+        """Contacts of the joints with clearance, in the order of their histories."""
+        return contacts_of(self.scene, self.motion_solver.system)
 
-    def joint_attributes(self) -> dict[str, dict[str, Any]]:
-        """Geometry of the clearance joints; ``directions`` are the axes of the orbit at t = 0."""
-        contact, joints = self.motion_solver.system.contact, sided_joints(self.scene)
-        rows: dict[str, dict[str, Any]] = {}
-        for name, plane in zip(
-            self.joint_names(), [] if contact is None else contact.planes, strict=True
-        ):
-            joint = joints[name]
-            rows[name] = {
-                "radius": joint.radius, "reference_clearance": joint.clearance,
-                "axis": np.array(joint.axis), "directions": plane,
-                "position": self.layout.x[self.layout.point_index[f"{name}.bearing"][0]],
-                **self._side("journal", joint.journal), **self._side("bearing", joint.bearing),
-            }  # fmt: skip
-        return rows
-
-    def _side(self, side: str, site: Any) -> dict[str, Any]:
-        """Body and node of one side of a joint, and how far from it; nothing for the ground.
-
-        The distance [m] is along e1, e2, e3 of the node.
-        """
-        if site.body == GROUND:
-            return {}
-        shape = self.scene.shapes[site.body]
-        place = place_of(shape, site)
-        away = shape.axes[place.node] @ (point_of(shape, place) - shape.points[place.node])
+    def contact_attributes(self) -> dict[str, dict[str, Any]]:
+        """What drawing needs to know of the contacts, by name."""
         return {
-            f"{side}_body": site.body, f"{side}_node": place.node, f"{side}_offset": away
-        }  # fmt: skip
-
-    def driven_rows(self) -> NDArray[np.intp]:
-        """Which of the driven rows drives each clearance joint; -1 where none does."""
-        system = self.motion_solver.system
-        driven = {system.row_names[row]: i for i, row in enumerate(system.driven)}
-        return np.array([driven.get(name, -1) for name in self.joint_names()], np.intp)
-
-    def joint_temperatures(self, before: Coupled, after: Coupled, times: Array) -> Array:
-        """(k, n_j, 2) [K] of journal and bearing at times within a window."""
-        points = self.motion_solver.system.contact.points
-        t0, t1 = before.motion.motion.t, after.motion.motion.t
-        s = ((times - t0) / (t1 - t0))[:, None, None]
-        T0, T1 = self.sections(before)[points, 0], self.sections(after)[points, 0]
-        return (1.0 - s) * T0 + s * T1
-
-    def joint_rows(
-        self,
-        joint: int,
-        times: Array,
-        response: Array,
-        approach: Array,
-        torque: Array,
-        temperatures: Array,
-    ) -> Mapping[str, Array]:
-        """Columns of the history of one clearance joint.
-
-        Parameters
-        ----------
-        response : (k, columns) of the joint; approach, torque : (k,); temperatures : (k, 2)
-        """
-        contact = self.motion_solver.system.contact
-        column = {name: response[:, i] for i, name in enumerate(contact.columns)}
-        table = sided_joints(self.scene)[self.joint_names()[joint]]
-        angle = table.angle or (lambda t: 0.0)
-        return {
-            "time": times,
-            "orbit": response[:, :2],
-            "clearance": column["clearance"],
-            "penetration": column["penetration"],
-            "normal_force": column["elastic_force"] + column["dissipative_force"],
-            "friction_force": column["friction_force"],
-            "slip_speed": column["slip_speed"],
-            "angle": np.array([angle(t) for t in times]),
-            "torque": torque,
-            "regime": self._regimes(joint, response, approach),
-            "temperature_journal": temperatures[:, 0],
-            "temperature_bearing": temperatures[:, 1],
+            contact.name: attributes(self.scene, contact, number, self._centre(contact))
+            for number, contact in enumerate(self.contacts)
         }
 
-    def _regimes(self, joint: int, response: Array, approach: Array) -> NDArray[np.int8]:
-        from mechanics.contact import classify
+    def _centre(self, contact: Contact) -> Array | None:
+        """(3,) [m]  of the bearing at the start."""
+        return None if contact.points is None else self.layout.x[contact.points[1]]
 
-        columns = self.motion_solver.system.contact.columns
-        depth, rate, slip = (
-            response[:, columns.index(c)] for c in ("penetration", "rate", "slip_speed")
+    def steps(self, before: Coupled, rows: Sequence[Rows]) -> Steps:
+        """The accepted steps of a window that began in a state, with what contacts did in them."""
+        system, motion = self.motion_solver.system, before.motion.motion
+        y = system.unknowns(motion.q, motion.lam)
+        v = np.concatenate([motion.v, np.zeros(system.m)])
+        response = system.respond(y, v, system.coefficients(self.sections(before)))
+        return Steps(
+            np.concatenate([[motion.t], *(r.t for r in rows)]),
+            np.concatenate([response[None], *(r.response for r in rows)]),
+            np.concatenate([motion.approach[None], *(r.approach for r in rows)]),
         )
-        friction = sided_joints(self.scene)[self.joint_names()[joint]].friction
-        speed = 0.0 if friction is None else friction.regularisation_speed
-        return classify(depth, rate, approach, slip, speed)
+
+    def contact_temperatures(
+        self, contact: Contact, before: Coupled, after: Coupled, times: Array
+    ) -> dict[str, Array]:
+        """Temperatures (k,) [K] of journal and bearing at times within a window."""
+        if contact.points is None:
+            return {}
+        t0, t1 = before.motion.motion.t, after.motion.motion.t
+        s = ((times - t0) / (t1 - t0))[:, None]
+        T0, T1 = (self.sections(state)[contact.points, 0] for state in (before, after))
+        T = (1.0 - s) * T0 + s * T1
+        return {"temperature_journal": T[:, 0], "temperature_bearing": T[:, 1]}
 
     # -- for people ----------------------------------------------------------------------------
 
@@ -301,7 +248,7 @@ def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manag
     owners: dict[str, Any] = {**sided_joints(scene), **flexible_bodies(scene)}
     rest = np.zeros(len(motion_solver.x))
     for name, rows in motion_solver.regions.items():
-        owner = owners.get(name) or owners[name.split(".")[0]]
+        owner = owners.get(name) or owners[name.rpartition(".")[0]]
         rest[rows] = owner.reference_temperature
     x, regions = (
         (np.zeros((0, 3)), {}) if heat_solver is None else (heat_solver.x, heat_solver.regions)

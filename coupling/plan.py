@@ -1,6 +1,21 @@
 """The plan: what will run, and what was left out and why."""
 
-from coupling.descriptions import flexible_bodies, line_bodies, shells, sided_joints
+from coupling.contact_tables import (
+    ClearanceCylindrical,
+    ClearanceRevolute,
+    ClearanceSpherical,
+    ClearanceTranslational,
+    Loose,
+    Telescope,
+)
+from coupling.contacts import joint_of
+from coupling.descriptions import (
+    flexible_bodies,
+    line_bodies,
+    loose_joints,
+    shells,
+    sided_joints,
+)
 from coupling.scene import Scene
 from mechanics.schemes import Scheme
 
@@ -61,13 +76,7 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
     runs.append(
         ("mechanics.joints", f"{system.m} constraints on {system.n} coordinates" + _driven(system))
     )
-    if system.contact is not None:
-        loose = sided_joints(scene).values()
-        rough = sum(j.friction is not None for j in loose)
-        text = f"{len(loose)} × planar revolute clearance" + (
-            f", {rough} with friction" if rough else ""
-        )
-        runs.append(("mechanics.clearance", text))
+    runs += _clearances(scene, system)
     if scene.load or scene.gravity:
         runs.append(
             ("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else ""))
@@ -75,6 +84,44 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
     if scene.analysis.kind == "dynamics":
         return [*runs, (f"mechanics.{scene.integrator.scheme}", _integration(scene))]
     return [*runs, *_analysis(scene)]
+
+
+CLEARANCES = {
+    "planar revolute": lambda j: isinstance(j, ClearanceRevolute) and j.length is None,
+    "revolute": lambda j: isinstance(j, ClearanceRevolute) and j.length is not None,
+    "spherical": lambda j: isinstance(j, ClearanceSpherical),
+    "cylindrical": lambda j: isinstance(j, ClearanceCylindrical),
+    "planar translational": lambda j: isinstance(j, ClearanceTranslational) and j.width is None,
+    "translational": lambda j: isinstance(j, ClearanceTranslational) and j.width is not None,
+    "telescope": lambda j: isinstance(j, Telescope),
+}
+"""Kinds of joints with clearance, and which they are."""
+
+
+def _clearances(scene: Scene, system) -> list[tuple[str, str]]:
+    """One phrase for each kind of joint with clearance."""
+    runs = []
+    for kind, belongs in CLEARANCES.items():
+        joints = {name: j for name, j in loose_joints(scene).items() if belongs(j)}
+        if joints:
+            count = sum(joint_of(name, joints) is not None for name in system.contact_names)
+            module = "telescope" if kind == "telescope" else "clearance"
+            of = "" if count == len(joints) else f" of {count} contacts"
+            name = kind if kind == "telescope" else f"{kind} clearance"
+            parts = [f"{len(joints)} × {name}{of}", *_laws(list(joints.values())), "onsets located"]
+            parts += ["thermal clearance"] if scene.thermal else []
+            runs.append((f"mechanics.{module}", ", ".join(parts)))
+    return runs
+
+
+def _laws(joints: list[Loose]) -> list[str]:
+    """Normal laws and friction of some joints, each named once."""
+    normal = {f"{j.contact.stiffness}, {j.contact.dissipation} hysteresis" for j in joints}
+    rough = [j.friction.law for j in joints if j.friction is not None]
+    some = "" if len(rough) == len(joints) else f" in {len(rough)}"
+    return [*sorted(normal)] + (
+        [f"{' and '.join(sorted({*rough}))} friction{some}"] if rough else []
+    )
 
 
 def _analysis(scene: Scene) -> list[tuple[str, str]]:
@@ -127,7 +174,7 @@ def _left_out(scene: Scene, system) -> list[str]:
     else:
         found += [text for key, text in ABSENT.items() if not getattr(scene.thermal, key)]
         found += _undelivered(scene)
-    if system.contact is None:
+    if not system.contacts:
         found.append("contact: no joint has clearance")
     if not scene.load:
         found.append("loads: no [load]")

@@ -4,20 +4,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from coupling.contact_history import events, kept_rows, most_rows, summary
+from coupling.contacts import driven, history, regimes
 from coupling.manager import Coupled
 from coupling.model import Model
 from coupling.results import Recorder
 from mechanics.march import Rows
 
-Array = NDArray[np.float64]
-
 
 class Recording:
-    """Rows of windows, ledger, probes, joints and frames.
+    """Rows of windows, ledger, probes, contacts and frames.
 
-    Joint histories have a row for each mechanical substep; the other tables one per window.
+    Histories of contacts have a row for each mechanical substep, of many contacts for some of them
+    (``contact_history.kept_rows``); events are as many as happen; other tables have a row per
+    window.
     """
 
     def __init__(self, model: Model, recorder: Recorder):
@@ -25,14 +26,13 @@ class Recording:
         self.recorder = recorder
         self.folder: Path = recorder.path.parent
         self.substeps: list[Rows] = []
-        self._joints = model.joint_names()
-        self._driven = model.driven_rows()
+        self._most = most_rows(len(model.contacts), model.windows)
 
     def start(self, state: Coupled, tick: int, size: int) -> None:
         """Describe the groups and record the state at t = 0."""
         for name, attributes in self.model.body_attributes().items():
             self.recorder.describe_group(f"bodies/{name}", attributes)
-        for name, attributes in self.model.joint_attributes().items():
+        for name, attributes in self.model.contact_attributes().items():
             self.recorder.describe_group(f"joints/{name}", attributes)
         for name, elements in self.model.surfaces().items():
             self.recorder.append_many(f"surfaces/{name}", elements)
@@ -60,7 +60,7 @@ class Recording:
         self._window(before, window, wall)
         self.recorder.append("ledger", self.model.ledger(state))
         self._probes(state)
-        self._substeps(before, state)
+        self._contacts(before, state)
         if self._due(window):
             self._frame(state)
         self._state(state, window.tick, window.size)
@@ -100,17 +100,25 @@ class Recording:
     def _state(self, state: Coupled, tick: int, size: int) -> None:
         self.recorder.state({"coupled": state, "tick": tick, "size": size})
 
-    def _substeps(self, before: Coupled, state: Coupled) -> None:
-        if not self._joints or not self.substeps:
+    def _contacts(self, before: Coupled, state: Coupled) -> None:
+        """What happened in the window: events, totals, and the histories of the contacts."""
+        contacts = self.model.contacts
+        if not contacts or not self.substeps:
             return
-        parts = zip(*(rows[:4] for rows in self.substeps), strict=True)
-        times, responses, approaches, drive = map(np.concatenate, parts)
-        # A driven row is the sine of the angle left to go, so its multiplier is the torque.
-        column = np.column_stack([-drive, np.zeros(len(times))])
-        torques = column[:, self._driven]
-        temperatures = self.model.joint_temperatures(before, state, times)
-        for j, name in enumerate(self._joints):
-            rows = self.model.joint_rows(
-                j, times, responses[:, j], approaches[:, j], torques[:, j], temperatures[:, j]
-            )
-            self.recorder.append_many(f"joints/{name}", rows)
+        steps = self.model.steps(before, self.substeps)
+        found = events(steps)
+        regime = regimes(contacts, steps.response[1:], steps.approach[1:])
+        self.recorder.append_many("events", {
+            "time": found.time, "contact": found.contact, "kind": found.kind, "speed": found.speed,
+        })  # fmt: skip
+        totals = summary(steps, regime, found)
+        self.recorder.append("contacts", {"time": steps.times[-1], **totals})
+        drive = np.concatenate([rows.drive for rows in self.substeps])
+        for j, rows in enumerate(kept_rows(steps, found, self._most)):
+            contact, times = contacts[j], steps.times[1 + rows]
+            self.recorder.append_many(f"joints/{contact.name}", {
+                **history(contact, times, steps.response[1 + rows, j],
+                          steps.approach[1 + rows, j], regime[rows, j]),
+                **driven(contact, times, drive[rows]),
+                **self.model.contact_temperatures(contact, before, state, times),
+            })  # fmt: skip
