@@ -38,7 +38,7 @@ from mechanics.description import (
     RigidBody,
     Site,
 )
-from mechanics.directions import direction, fixed, normal_to, origin, unit, unit_direction
+from mechanics.directions import direction, normal_to, origin, unit, unit_direction
 from mechanics.layout import Layout, Side
 
 Array = NDArray[np.float64]
@@ -204,11 +204,12 @@ def _floats(points: Sequence[Point], pair: tuple[Side, Side], b: Array, K: int) 
 
 
 def _of_journal(journal: Side, vector: Array) -> Array:
-    """Direction of the journal that is ``vector`` in the reference; one in space if it has none."""
+    """Direction of the journal that is ``vector`` in the reference; zeros if it has none, and turns
+    with the bearing."""
     try:
         return direction(journal, vector)
     except ValueError:
-        return fixed(vector)
+        return np.zeros(7)
 
 
 def bearing_axes(joint: Clearance, a: Side, b: Side) -> Array:

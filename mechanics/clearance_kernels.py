@@ -53,7 +53,10 @@ def _local(y, v, ints, floats, weights, x, u):
 
 @njit(cache=True, error_model="numpy")
 def _measure(x, floats, z, Z, H, work):
-    """z (9,), its gradients Z (9, 18) and, where H has rows, second derivatives H (9, 18, 18)."""
+    """z (9,), its gradients Z (9, 18) and, where H has rows, second derivatives H (9, 18, 18).
+
+    A direction that the journal lacks is that of the bearing.
+    """
     none = np.empty((0, 18))
     Z[:] = 0.0
     H[:] = 0.0
@@ -62,6 +65,9 @@ def _measure(x, floats, z, Z, H, work):
         u = floats[JOURNAL + 7 * max(0, k // 3 - 1) :]
         w = floats[BEARING + 7 * (k % 3) :]
         bend = H[k] if H.shape[0] > 0 else none
+        if kind == DIRECTION and not np.any(u[:7]):
+            z[k] = 1.0 if k == 5 or k == 6 else 0.0
+            continue
         z[k] = evaluate(kind, x, floats[ORIGIN:], u, w, 1.0, Z[k], bend, work)
 
 
