@@ -92,11 +92,11 @@ def _hinge(hinge: Hinge) -> Joint:
 
 
 def _loose(hinge: Hinge, play: Play, material: Material, T: float) -> Joint:
-    ends = _site(hinge.a, hinge.at), _site(hinge.base, hinge.base_at)
+    journal, bearing = _site(hinge.a, hinge.at), _site(hinge.base, hinge.base_at)
     rest = play.radius, play.clearance, material, material, T, play.contact, play.friction
     if hinge.axis is None:
-        return ClearanceSpherical(hinge.name, *ends, *rest)
-    return ClearanceRevolute(hinge.name, *ends, hinge.axis, *rest)
+        return ClearanceSpherical(hinge.name, journal, bearing, *rest)
+    return ClearanceRevolute(hinge.name, journal, bearing, hinge.axis, *rest)
 
 
 def _oscillation(amplitude: float, frequency: float, phase: float):
