@@ -5,8 +5,9 @@ coordinates, by DOP853 from contact to contact: where a contact begins is locate
 which it does stays that of the impact. Normal force K δ^p (1 + D δ'/v), never attractive;
 friction mu F v/(|v| + eps).
 
-Motions with many impacts are sensitive: two accurate solutions part after some of them, and only
-what they do before, or on average, can be compared.
+Motions with many impacts are sensitive. In the first turn of the slider-cranks here a small
+relative change of the speed changes the times of impacts by at most 60 times as much: solutions can
+be compared impact by impact; after more turns only what they do on average.
 """
 
 from collections.abc import Callable, Sequence
