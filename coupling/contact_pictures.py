@@ -1,10 +1,12 @@
-"""Pictures of a clearance joint: the orbit of its journal, its forces, its regimes."""
+"""Pictures of a joint with clearance: orbits of its journal, its forces, its regimes."""
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.contact_places import contact_groups
 from coupling.pictures import heading, scaled
 from coupling.reading import Results
 
@@ -20,20 +22,46 @@ BINS = 1200  # columns of the strip of regimes
 
 
 def draw_orbit(results: Results, figure: "Figure", joint: str) -> None:
-    """Journal centre in its clearance circle, and unrolled: indentation over contact angle."""
-    table = results.table(f"joints/{joint}")
+    """Journal centre in its clearance circle; of one contact also unrolled, over its angle."""
+    contacts = round_contacts(results, joint)
     heading(results, figure, f"orbit of the journal in {joint}")
-    left, right = figure.subplots(1, 2)
-    factor, unit = scaled(table["clearance"], "m")
-    plot_orbit(left, table, factor)
-    directions = results.attributes(f"joints/{joint}").get("directions", np.empty((0, 3)))
-    along = [f"along {direction_name(d)} " for d in directions] or ["", ""]
-    left.set_xlabel(f"{along[0]}[{unit}]")
-    left.set_ylabel(f"{along[1]}[{unit}]")
-    left.set_title("centre of the journal")
-    _unrolled(right, table)
-    handles = regime_handles(np.unique(table["regime"]))
+    axes = figure.subplots(1, max(2, len(contacts)))
+    codes: set[int] = set()
+    for ax, contact in zip(axes, contacts, strict=False):
+        table, names = flat_orbit(results, contact)
+        factor, unit = scaled(table["clearance"], "m")
+        plot_orbit(ax, table, factor)
+        ax.set_xlabel(f"{names[0]}[{unit}]")
+        ax.set_ylabel(f"{names[1]}[{unit}]")
+        ax.set_title(label_of(results, contact) or "centre of the journal")
+        codes |= set(np.unique(table["regime"]).tolist())
+    if len(contacts) == 1:
+        _unrolled(axes[1], table)
+    handles = regime_handles(sorted(codes))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles) + 1)
+
+
+def round_contacts(results: Results, joint: str) -> list[str]:
+    """The contacts of a joint that have an orbit."""
+    contacts = contact_groups(results)[joint]
+    return [name for name in contacts if f"joints/{name}/orbit" in results]
+
+
+def label_of(results: Results, contact: str) -> str:
+    """Which contact of its joint it is, in words; "" for the only one."""
+    return str(results.attributes(f"joints/{contact}").get("label", "")).replace("_", " ")
+
+
+def flat_orbit(results: Results, contact: str) -> tuple[dict[str, Array], list[str]]:
+    """The history with an orbit (k, 2), in space in the plane of the largest motion; its axes."""
+    table = results.table(f"joints/{contact}")
+    directions = results.attributes(f"joints/{contact}").get("directions", np.empty((0, 3)))
+    names = [f"along {direction_name(d)} " for d in directions] or ["", ""]
+    if table["orbit"].shape[1] == 3:
+        least = int(np.argmin(np.ptp(table["orbit"], axis=0)))
+        table["orbit"] = np.delete(table["orbit"], least, axis=1)
+        del names[least]
+    return table, names
 
 
 def direction_name(direction: Array) -> str:
@@ -82,7 +110,7 @@ def _unrolled(ax: "Axes", table: dict[str, Array]) -> None:
     ax.set_title("distance beyond the clearance circle")
 
 
-def regime_handles(codes: Array) -> list[object]:
+def regime_handles(codes: Iterable[int]) -> list[object]:
     """Entries of a legend."""
     from matplotlib.lines import Line2D
 
@@ -92,28 +120,63 @@ def regime_handles(codes: Array) -> list[object]:
     ]
 
 
+PANELS = (
+    ("normal_force", "N", "#0072B2"),
+    ("friction_force", "N", "#D55E00"),
+    ("slip_speed", "m/s", "#009E73"),
+)
+"""Histories of a contact that are drawn, their units, and colours for a single contact."""
+
+
 def draw_contact(results: Results, figure: "Figure", joint: str) -> None:
-    """Contact forces over time, over a strip that shows the regimes."""
-    table = results.table(f"joints/{joint}")
+    """Contact forces over time, over a strip for each contact that shows its regimes."""
+    contacts = contact_groups(results)[joint]
+    tables = {name: results.table(f"joints/{name}") for name in contacts}
+    labels = {name: label_of(results, name) for name in contacts}
     heading(results, figure, f"contact in {joint}")
-    normal, friction, slip, strip = figure.subplots(
-        4, 1, sharex=True, height_ratios=[3.0, 2.2, 2.2, 0.8]
-    )
-    time = table["time"]
-    for ax, name, unit, color in (
-        (normal, "normal_force", "N", "#0072B2"),
-        (friction, "friction_force", "N", "#D55E00"),
-        (slip, "slip_speed", "m/s", "#009E73"),
-    ):
-        factor, label = scaled(table[name], unit)
-        ax.plot(time, factor * table[name], lw=0.8, color=color)
-        ax.set_ylabel(f"[{label}]")
-        ax.set_title(name.replace("_", " "))
-    _draw_strip(strip, time, table["regime"])
-    strip.set_xlabel("time [s]")
-    figure.align_ylabels([normal, friction, slip])
-    handles = regime_handles(np.unique(table["regime"]))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles) + 1)
+    walls = [name for name in contacts if "towards_wall" in tables[name]]
+    panels, strips = len(PANELS) + bool(walls), len(contacts)
+    ratios = [3.0] + [2.2] * (panels - 1) + [0.8 if strips == 1 else 0.45] * strips
+    axes = figure.subplots(panels + strips, 1, sharex=True, height_ratios=ratios)
+    if walls:
+        _draw_walls(axes[panels - 1], {name: tables[name] for name in walls}, labels)
+    for ax, (column, unit, color) in zip(axes, PANELS, strict=False):
+        factor, shown = scaled(np.concatenate([t[column] for t in tables.values()]), unit)
+        for name, table in tables.items():
+            style = {"color": color} if strips == 1 else {"label": labels[name]}
+            ax.plot(table["time"], factor * table[column], lw=0.8, **style)
+        ax.set_ylabel(f"[{shown}]")
+        ax.set_title(column.replace("_", " "))
+    if strips > 1:
+        axes[0].legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), handlelength=1.4)
+    _draw_strips(axes[panels:], tables, labels)
+    figure.align_ylabels(axes[:panels])
+    codes = sorted({int(c) for t in tables.values() for c in np.unique(t["regime"])})
+    figure.legend(handles=regime_handles(codes), loc="outside lower center", ncols=len(codes) + 1)
+
+
+def _draw_walls(ax: "Axes", tables: dict[str, dict[str, Array]], labels: dict[str, str]) -> None:
+    """Way of each corner to its wall: below zero it is in contact."""
+    gaps = {name: t["clearance"] - t["towards_wall"] for name, t in tables.items()}
+    factor, unit = scaled(np.concatenate([t["clearance"] for t in tables.values()]), "m")
+    for number, name in enumerate(labels):
+        if name in gaps:
+            color = f"C{number}"  # as in the other panels
+            ax.plot(tables[name]["time"], factor * gaps[name], lw=0.8, color=color)
+    ax.axhline(0.0, color="black", lw=0.8)
+    ax.set_ylabel(f"[{unit}]")
+    ax.set_title("way to the wall")
+
+
+def _draw_strips(
+    axes: Sequence["Axes"], tables: dict[str, dict[str, Array]], labels: dict[str, str]
+) -> None:
+    for ax, (name, table) in zip(axes, tables.items(), strict=True):
+        _draw_strip(ax, table["time"], table["regime"])
+        if len(tables) > 1:
+            ax.set_ylabel(labels[name], rotation=0, ha="right", va="center", fontsize=10)
+    axes[0].set_title("share of time in each regime, and where impacts begin")
+    axes[-1].set_xlabel("time [s]")
 
 
 def _draw_strip(ax: "Axes", time: Array, regime: Array) -> None:
@@ -130,7 +193,6 @@ def _draw_strip(ax: "Axes", time: Array, regime: Array) -> None:
     ax.set_ylim(0.0, 1.25)
     ax.set_yticks([])
     ax.grid(False)
-    ax.set_title("share of time in each regime, and where impacts begin")
 
 
 def regime_shares(time: Array, regime: Array, edges: Array) -> Array:

@@ -23,6 +23,10 @@ PLANAR, END, BALL, WALL, TUBE = "planar", "end", "ball", "wall", "tube"
 a tube in a tube."""
 ORBITS = {PLANAR: 2, END: 2, BALL: 3, TUBE: 3}
 """Components of the orbit of round contacts."""
+FIRST = "end_1"
+"""Label of the contact of a spatial revolute joint that carries what belongs to the joint."""
+MOUTH = "mouth"
+"""Label of the contact of a telescope that stays in its place on the outer tube."""
 
 
 class Contact(NamedTuple):
@@ -168,10 +172,6 @@ def driven(contact: Contact, times: Array, drive: Array) -> dict[str, Array]:
     return {"angle": np.array([angle(t) for t in times]), "torque": torque}
 
 
-FIRST = "end_1"
-"""Contact of a spatial revolute joint that carries what belongs to the joint."""
-
-
 # ------------------------------------------------------------------------------ attributes
 
 
@@ -183,12 +183,11 @@ def attributes(scene: Scene, contact: Contact, number: int, centre: Array | None
     table = contact.table
     rows: dict[str, Any] = {
         "kind": table.kind, "form": contact.form, "joint": contact.joint,
-        "label": contact.label, "number": number, "reference_clearance": table.clearance,
+        "label": contact.label, "number": number, "reference_clearance": _clearance(contact),
         "directions": _directions(contact), "axes": contact.axes,
     }  # fmt: skip
     if isinstance(table, contact_tables.Telescope):
-        return rows | {"radius": table.radius, "bearing_body": table.outer, "bearing_node": 0,
-                       "journal_body": table.inner, "journal_node": 0}  # fmt: skip
+        return rows | _tubes(scene, contact, table)
     assert centre is not None
     if not isinstance(table, contact_tables.ClearanceTranslational):
         rows["radius"] = table.radius
@@ -197,6 +196,28 @@ def attributes(scene: Scene, contact: Contact, number: int, centre: Array | None
     rows |= {"position": centre + contact.arm}
     rows |= _side(scene, "journal", table.journal, np.zeros(3))
     return rows | _side(scene, "bearing", table.bearing, contact.arm)
+
+
+def _clearance(contact: Contact) -> float:
+    """At the reference temperature [m]."""
+    table = contact.table
+    if contact.form == WALL and isinstance(table, contact_tables.ClearanceRevolute):
+        assert table.axial_clearance is not None
+        return table.axial_clearance
+    return table.clearance
+
+
+def _tubes(scene: Scene, contact: Contact, table: contact_tables.Telescope) -> dict[str, Any]:
+    """The tubes of a telescope; the rail is the one along which the place is counted."""
+    rows: dict[str, Any] = {
+        "radius": table.radius, "bearing_body": table.outer, "journal_body": table.inner,
+        "rail_body": table.outer,
+    }  # fmt: skip
+    if contact.label != MOUTH:
+        return rows
+    along = scene.shapes[table.outer].along
+    mouth = along[0] if table.mouth == "start" else along[-1]
+    return rows | {"rail_body": table.inner, "mouth": float(mouth)}
 
 
 def _directions(contact: Contact) -> Array:

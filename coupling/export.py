@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.contact_places import located, nearest_row, placement
 from coupling.reading import BadResults, Results
 from coupling.surfaces import Body, Surface, read_bodies, surface
 
@@ -25,62 +25,13 @@ def export(results_path: Path | str, format: str = "pvd") -> list[Path]:
     """Write the recorded frames next to the results and return the files, the index first.
 
     ``run.pvd`` opens in ParaView as a time series of two blocks: the surfaces of all bodies
-    and, when there are clearance joints, two points for each of them, the centres of journal
-    and bearing.
+    and, when there are joints with clearance, two points for each of their contacts, the centres
+    of journal and bearing there.
     """
     if format not in FORMATS:
         raise ValueError(f"format '{format}': expected one of {', '.join(FORMATS)}")
     with Results.open(results_path) as results:
         return FORMATS[format](results)
-
-
-class Place(NamedTuple):
-    """A point of a body: ``offset`` (3,) [m] from a node along its axes."""
-
-    body: Body
-    node: int
-    offset: Array
-
-
-class Placement(NamedTuple):
-    """Where a clearance joint is; see ``describe_group("joints/…")`` in the simulation.
-
-    bearing, journal : body, or None for the ground
-    position : (3,) float [m]  of the bearing when it is on the ground
-    directions : (2, 3) float  axes of the orbit in the first frame
-    """
-
-    journal: Place | None
-    bearing: Place | None
-    position: Array
-    directions: Array
-
-
-def placement(results: Results, joint: str, bodies: dict[str, Body]) -> Placement | None:
-    """Placement of a joint, None when it has no orbit."""
-    attributes = results.attributes(f"joints/{joint}")
-    if "directions" not in attributes or f"joints/{joint}/orbit" not in results:
-        return None
-
-    def site(name: str) -> Place | None:
-        body = bodies.get(str(attributes.get(f"{name}_body", "")))
-        away = np.asarray(attributes.get(f"{name}_offset", np.zeros(3)))
-        return Place(body, int(attributes[f"{name}_node"]), away) if body else None
-
-    position = np.asarray(attributes.get("position", np.zeros(3)), dtype=float)
-    return Placement(site("journal"), site("bearing"), position, attributes["directions"])
-
-
-def orbit_plane(place: Placement, frame: int) -> tuple[Array, Array]:
-    """Centre of the bearing (3,) [m] and axes of the orbit (2, 3) in a frame."""
-    if place.bearing is None:
-        return place.position, place.directions
-    body, node, offset = place.bearing
-    if not body.axes.any():
-        return body.position[frame, node], place.directions
-    turned = body.axes[0, node].T @ body.axes[frame, node]  # a row vector times this is turned
-    centre = body.position[frame, node] + offset @ body.axes[frame, node]
-    return centre, place.directions @ turned
 
 
 def _write_pvd(results: Results) -> list[Path]:
@@ -152,7 +103,7 @@ def _cells(
 
 
 class _Joints:
-    """The clearance joints with their histories, read once for all frames."""
+    """The contacts of joints with clearance and their histories, read once for all frames."""
 
     def __init__(self, results: Results, bodies: list[Body]) -> None:
         by_name = {body.name: body for body in bodies}
@@ -163,35 +114,26 @@ class _Joints:
         self.shown_size = SHOWN_JOINT_SIZE * 0.5 * max(widths, default=1.0)
 
     def write(self, folder: Path, frame: int, time: float) -> Path:
-        """Two points for each joint: bearing, then journal, with the state nearest in time."""
-        rows = [self._row(name, time) for name in self.places]
-        planes = [orbit_plane(place, frame) for place in self.places.values()]
-        gaps = [row["orbit"] @ axes for row, (_, axes) in zip(rows, planes, strict=True)]
-        points = [
-            point
-            for (centre, _), gap in zip(planes, gaps, strict=True)
-            for point in (centre, centre + gap)
-        ]
-        gap = np.repeat(gaps, 2, axis=0)
+        """Two points for each contact: bearing, then journal, with the state nearest in time."""
+        rows = [nearest_row(table, time) for table in self.tables.values()]
+        places = zip(self.places.values(), rows, strict=True)
+        at = [located(place, frame, row) for place, row in places]
+        points = [point for centre, gap, _ in at for point in (centre, centre + gap)]
+        gap = np.repeat([each.gap for each in at], 2, axis=0)
         clearance = self._field(rows, "clearance")
         fields = {
             "gap": gap,
             "gap_enlarged": gap * (self.shown_size / clearance)[:, None],
-            "clearance": clearance,
-            "regime": self._field(rows, "regime"),
-            "normal_force": self._field(rows, "normal_force"),
-            "friction_force": self._field(rows, "friction_force"),
+            "contact_force": np.repeat([each.force for each in at], 2, axis=0),
             "part": np.tile([0.0, 1.0], len(rows)),
+            "contact": np.repeat(np.arange(len(rows), dtype=float), 2),
         }
+        for name in ("clearance", "regime", "normal_force", "friction_force"):
+            fields[name] = self._field(rows, name)
         cells = [("vertex", np.arange(len(points))[:, None])]
         return _write(
             meshio.Mesh(np.array(points), cells, fields), folder / f"joints_{frame:05d}.vtu"
         )
-
-    def _row(self, name: str, time: float) -> dict[str, Array]:
-        table = self.tables[name]
-        nearest = int(np.argmin(np.abs(table["time"] - time)))
-        return {column: values[nearest] for column, values in table.items()}
 
     @staticmethod
     def _field(rows: list[dict[str, Array]], name: str) -> Array:

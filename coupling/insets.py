@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.contact_pictures import plot_orbit, regime_handles
+from coupling.contact_pictures import flat_orbit, plot_orbit, regime_handles
+from coupling.contact_places import peak_force
 from coupling.painting import Colouring
 from coupling.pictures import scaled
 from coupling.reading import Results
@@ -32,9 +33,8 @@ def find_insets(
     joints = [j for j in results.names("joints") if f"joints/{j}/orbit" in results]
     joints = [j for j in joints if len(results[f"joints/{j}/orbit"]) > 1]
     if joints:
-        peak = {j: float(results[f"joints/{j}/normal_force"].max()) for j in joints}
-        joint = max(joints, key=lambda j: peak[j])
-        found.append((0.47, 0.07, _orbit_inset, joint, results.table(f"joints/{joint}")))
+        joint = max(joints, key=lambda j: peak_force(results, j))
+        found.append((0.47, 0.07, _orbit_inset, joint, flat_orbit(results, joint)[0]))
     heated = [b for b in bodies if b.temperature is not None and b.section is not None]
     if heated and colouring and colouring.field == "temperature":
         longest = max(heated, key=extent)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.clocks import analysis_of, named, said
-from coupling.export import orbit_plane, placement
+from coupling.contact_places import contact_groups, located, placement
 from coupling.insets import FAINT, INK, SKY, draw_insets, find_insets
 from coupling.painting import Camera, Colouring, camera_for, colouring_of, paint, palette
 from coupling.pictures import fitting_size, scaled
@@ -151,10 +151,14 @@ def _mark_particles(ax: "Axes", camera: Camera, bodies: list[Body]) -> None:
 def _mark_joints(ax: "Axes", camera: Camera, results: Results, bodies: list[Body]) -> None:
     """A ring around each clearance joint in the last frame, with its name if they are few."""
     by_name = {body.name: body for body in bodies}
-    places = {joint: placement(results, joint, by_name) for joint in results.names("joints")}
-    shown = {joint: place for joint, place in places.items() if place is not None}
-    for joint, place in shown.items():
-        centre = camera.project(orbit_plane(place, -1)[0])[:2]
+    shown = {}
+    for joint, contacts in contact_groups(results).items():
+        place = placement(results, contacts[-1], by_name)
+        if place is not None:
+            last = {n: v[-1] for n, v in results.table(f"joints/{contacts[-1]}").items()}
+            shown[joint] = located(place, -1, last).centre
+    for joint, point in shown.items():
+        centre = camera.project(point)[:2]
         ax.scatter(
             centre[0], centre[1], s=130, facecolors="none", edgecolors=INK, linewidths=1.2, zorder=3
         )

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from coupling import contact_pictures, pictures
+from coupling import contact_maps, contact_pictures, pictures
 from coupling.clocks import analysis_of
+from coupling.contact_places import contact_groups, peak_force
 from coupling.overview import draw_overview
 from coupling.reading import BadResults, Results
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 FOLDER = "pictures"
 MOST_JOINTS = 6
+FEW_CONTACTS = 8
+"""Contacts of a joint up to which each has a line of its own."""
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 11,
@@ -102,17 +105,30 @@ def _runs_forward(results: Results) -> bool:
 
 
 def _joint_pictures(results: Results) -> Iterator[Picture]:
-    """Orbit and forces of the clearance joints, of the most loaded ones if there are many."""
-    joints = [j for j in results.names("joints") if _rows(results, f"joints/{j}/orbit") > 1]
-    peak = {j: float(np.max(results[f"joints/{j}/normal_force"])) for j in joints}
+    """Of joints with clearance, of the most loaded ones if there are many, and of all of them."""
+    joints = contact_groups(results)
+    joints = {j: c for j, c in joints.items() if _rows(results, f"joints/{c[0]}/normal_force") > 1}
+    peak = {j: max(peak_force(results, c) for c in contacts) for j, contacts in joints.items()}
     chosen = sorted(joints, key=lambda j: -peak[j])[:MOST_JOINTS]
     for joint in chosen:
         suffix = f"_{joint}" if len(joints) > 1 else ""
-        for name, draw, size in (
-            ("orbit", contact_pictures.draw_orbit, (11.0, 5.6)),
-            ("contact", contact_pictures.draw_contact, (10.0, 7.0)),
-        ):
+        for name, draw, size in _of_joint(results, joint, joints[joint]):
             yield Picture(name + suffix, partial(draw, joint=joint), size)
+    rows = contact_maps.regime_rows(results)
+    if rows > FEW_CONTACTS:
+        height = min(4.0 + 0.12 * rows, 14.0)
+        yield Picture("regimes", contact_maps.draw_regimes, (13.0, height))
+
+
+def _of_joint(results: Results, joint: str, contacts: list[str]) -> Iterator[Any]:
+    """Names, functions and sizes of the pictures of one joint."""
+    if len(contacts) > FEW_CONTACTS:
+        yield "map", contact_maps.draw_map, (11.0, 9.0)
+        return
+    if contact_pictures.round_contacts(results, joint):
+        yield "orbit", contact_pictures.draw_orbit, (11.0, 5.6)
+    height = 7.0 if len(contacts) == 1 else 8.0 + 0.5 * len(contacts)
+    yield "contact", contact_pictures.draw_contact, (10.0, height)
 
 
 def _rows(results: Results, column: str) -> int:
