@@ -176,7 +176,10 @@ def _point(point, c, z, w, r, phi, V, n, T, new):
         along, arm, rim = _ball(c, z, w, r)
     else:
         along, arm, rim = _vertex(point, c, z, w, tau, side, omega, r)
-    size = np.sqrt(_dot(along, along))
+    square = _dot(along, along)
+    if point[0] != VERTEX:  # in the middle a round gap has no direction, nor has the friction there
+        square = square + (c[CORE] / (r[7] + c[CLEARANCE])) ** 2
+    size = np.sqrt(square)
     n[0], n[1], n[2] = along[0] / size, along[1] / size, along[2] / size
     velocity = _sum((w[0], w[1], w[2]), _cross(omega, rim))
     away = _dot(velocity, n)
