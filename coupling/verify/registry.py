@@ -1,4 +1,4 @@
-"""The list of verification problems; each area is a module that registers its own."""
+"""The list of verification problems; each area is one or more modules that register their own."""
 
 import importlib
 from collections.abc import Callable, Sequence
@@ -15,6 +15,10 @@ GROUPS = {
 }  # fmt: skip
 """Names under which several areas are solved."""
 AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic")
+MODULES = {
+    "contact": ("restitution", "impacts"),
+}
+"""Modules of the areas that are not one of the same name."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,41 @@ class Convergence:
         return isfinite(self.order) and abs(self.order - self.theory) <= self.tolerance
 
 
-Result = Check | Convergence
+@dataclass(frozen=True)
+class Grid:
+    """A table of one quantity over two parameters, against references.
+
+    columns : (c,) headings
+    rows : (r,) names
+    values, references : (r, c)
+    tolerance : of each value, absolute
+
+    Examples
+    --------
+    >>> grid = Grid("rebound", ("1 m/s", "2 m/s"), ("steel",), [[0.5, 0.501]], [[0.5, 0.5]], 1e-2)
+    >>> grid.passed, [round(error, 6) for error in grid.errors]
+    (True, [0.001])
+    """
+
+    name: str
+    columns: Sequence[str]
+    rows: Sequence[str]
+    values: Sequence[Sequence[float]]
+    references: Sequence[Sequence[float]]
+    tolerance: float
+
+    @property
+    def errors(self) -> list[float]:
+        """Largest deviation of each row; infinite where a value is no number."""
+        deviation = np.abs(np.asarray(self.values, float) - np.asarray(self.references, float))
+        return [float(worst) for worst in np.where(np.isfinite(deviation), deviation, inf).max(1)]
+
+    @property
+    def passed(self) -> bool:
+        return all(error <= self.tolerance for error in self.errors)
+
+
+Result = Check | Convergence | Grid
 
 
 @dataclass(frozen=True)
@@ -121,5 +159,6 @@ def problems(area: str | None = None) -> list[Problem]:
     """All problems, or those of an area or a group of areas, in their order of registration."""
     areas = AREAS if area is None else GROUPS.get(area, (area,))
     for name in areas:
-        importlib.import_module(f"coupling.verify.{name}")
+        for module in MODULES.get(name, (name,)):
+            importlib.import_module(f"coupling.verify.{module}")
     return [p for p in PROBLEMS if p.area in areas]

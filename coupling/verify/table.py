@@ -8,9 +8,10 @@ from rich.text import Text
 
 from coupling.errors import BadCase, Problem, unknown
 from coupling.verify import registry
-from coupling.verify.registry import Check, Convergence, Result
+from coupling.verify.registry import Check, Convergence, Grid, Result
 
 WIDTHS = (34, 24, 12, 9, 9)  # quantity, value with unit, reference, error, tolerance
+GRID = (22, 8)  # name, numbers
 
 
 def show(area: str | None, out: Console) -> bool:
@@ -52,7 +53,21 @@ def _solve(problem: registry.Problem, out: Console) -> bool:
 
 
 def _shown(result: Result) -> str:
+    if isinstance(result, Grid):
+        return _grid(result)
     return _row(result) if isinstance(result, Check) else _rows(result)
+
+
+def _grid(grid: Grid) -> str:
+    """Values row by row, the largest error at the end of each."""
+
+    def line(name: str, cells: Sequence[str], last: str) -> str:
+        return f"  {name:<{GRID[0]}}" + "".join(f"{cell:>{GRID[1]}}" for cell in (*cells, last))
+
+    lines = [line(grid.name, grid.columns, "error")]
+    for name, values, error in zip(grid.rows, grid.values, grid.errors, strict=True):
+        lines.append(line(name, [f"{value:.4f}" for value in values], f"{error:.1e}"))
+    return "\n".join([*lines, f"  {'tolerance':<{GRID[0]}}{grid.tolerance:.1e}"])
 
 
 def _rows(found: Convergence) -> str:
