@@ -4,12 +4,15 @@ A station has its own section (position p and gradient p', p_y, p_z of one tube,
 weights) and the axis x(s) of the other tube, on which its foot is: D = p - x(s) with D.x' = 0. The
 normal force belongs to the depth
 
-    δ = ρ - c(s) - φ(s),   ρ² = D.D + core²,   φ = (distance beyond the end)²/(2 rim),
+    δ = ρ - core - c(s) - φ(s),   ρ² = D.D + core²,   φ = (distance beyond the end)²/(2 rim),
 
-and does work on all that changes δ, s among it. Friction acts at the place r_i + R n of the wall:
-as material of both tubes it has the weights W that the section's gradient F gives it, 1 + ξ, η, ζ
-with F (ξ, η, ζ) the way there from the axis. Its velocities, and hence slip, are sums with these
-weights, and so are the forces that belong to it: their power is T.V, they have no resultant.
+and does work on all that changes δ, s among it. A seized tube, c < 0, is pressed from all sides:
+core = -c/3 gives it the lateral stiffness 3 K |c|^1/2 of two opposite contacts with K |c|^3/2 each.
+
+Friction acts at the place r_i + R n of the wall: as material of both tubes it has the weights W
+that the section's gradient F gives it, 1 + ξ, η, ζ with F (ξ, η, ζ) the way there from the axis.
+Its velocities, and hence slip, are sums with these weights, and so are the forces that belong to
+it: their power is T.V, and they have no resultant.
 
 Derivatives are taken by the same code with complex numbers, exact to round-off (Squire & Trapp
 1998).
@@ -47,6 +50,8 @@ VECTORS = 8
 """Vectors of an element of the other tube, and the most that a section has."""
 FAR = 2.0
 """Radii of the tube beyond an end where no station touches [-]."""
+SEIZED = 1.0 / 3.0
+"""Core of a tube that has no clearance, in overlaps -c [-]."""
 LOCAL = 12
 """Local vectors: the own section, two nodes of the other tube."""
 _STEP = 1e-30  # of the imaginary parts
@@ -196,6 +201,7 @@ def _here(coef, element, part, length, c):
     c[KINETIC] = (1.0 - part) * coef[a + 2] + part * coef[b + 2]
     c[STATIC] = (1.0 - part) * coef[a + 3] + part * coef[b + 3]
     c[BRISTLE] = (1.0 - part) * coef[a + 4] + part * coef[b + 4]
+    c[CORE] = max(c[CORE], -SEIZED * c[CLEARANCE])
     return (coef[b] - coef[a]) / length if 0.0 < part < 1.0 else 0.0
 
 
@@ -229,7 +235,7 @@ def _depth(Q, place, slope, c, room):
         for j in range(4):
             k = 4 + 4 * (j // 2) + j % 2
             G[k, i] = -h[0, j] * u - wider * (h[0, j] * x[1, i] - h[1, j] * D[i])
-    return rho - gap, s, gap, bend
+    return rho - c[CORE] - gap, s, gap, bend
 
 
 @njit(cache=True, error_model="numpy")
@@ -395,7 +401,7 @@ def _station(y, line, floats, coef, Q, place, c, room):
     if max(-place[0], place[0] - place[3]) > FAR * c[RADIUS]:
         return element, 0.0, np.nan
     flare, _ = _flare(place[0], place[4], place[3])
-    return element, slope, np.sqrt(distance**2 + c[CORE] ** 2) - c[CLEARANCE] - flare
+    return element, slope, np.sqrt(distance**2 + c[CORE] ** 2) - c[CORE] - c[CLEARANCE] - flare
 
 
 @njit(cache=True, error_model="numpy")

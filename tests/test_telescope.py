@@ -1,5 +1,7 @@
 """Tube in tube: virtual work, power, tangents, places of contact, closed forms, temperature."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import fsolve, minimize_scalar
@@ -16,7 +18,16 @@ from mechanics.contact_laws import (
     SLOT,
     STEP,
 )
-from mechanics.description import Beam, Friction, NormalContact, Telescope
+from mechanics.description import (
+    Beam,
+    Clamp,
+    Description,
+    Friction,
+    NormalContact,
+    Site,
+    Telescope,
+)
+from mechanics.dynamics import Control
 from mechanics.layout import Layout
 from mechanics.march import (
     COLUMNS,
@@ -32,8 +43,10 @@ from mechanics.march import (
     SLIP,
     STUCK,
 )
+from mechanics.solver import Mechanics
 from mechanics.telescope import ROUNDING, build
 from meshes.materials import constant_material
+from meshes.sections import tube as ring
 
 AMBIENT = 298.15
 STEEL = constant_material("steel", 8000.0, 193e9, 0.29, 17e-6, 16.2, 500.0)
@@ -471,3 +484,44 @@ def test_what_cannot_be_made(changes, why):
     joint = Telescope(**data | changes)
     with pytest.raises(ValueError, match=f"joint 'sleeve'.*{why}"):
         build([joint], Layout.of(bodies, [joint]))
+
+
+def test_a_seized_tube_is_braked():
+    """Hot tubes press with K |c|^1.5 at two nodes and the mouth; the arm loses 3 μ N t in time t.
+
+    What its motion loses is heat, at the nodes about the three places. The damping of the contacts
+    is told its speed: none approaches another here, but for round-off.
+    """
+    hot, clearance, friction = AMBIENT + 60.0, 1e-5, Friction(0.3, regularisation_speed=1e-8)
+    gap = clearance + 60.0 * (17e-6 * (RADIUS + clearance) - 23.1e-6 * RADIUS)
+    stiffness = 6e8
+    normal = stiffness * abs(gap) ** 1.5
+    start = np.array([0.1, 0.0, 0.0])
+    arm = replace(
+        tube("arm", 0.5, 2.0, 3), section=ring(RADIUS - 2e-3, 4e-3), reference_temperature=hot,
+        velocity=start,
+    )  # fmt: skip
+    boom = replace(
+        tube("boom", 0.0, 1.3, 3, STEEL), section=ring(RADIUS + 2e-3, 4e-3),
+        reference_temperature=hot,
+    )  # fmt: skip
+    joint = Telescope(
+        "sleeve", "arm", "boom", RADIUS, clearance, AMBIENT,
+        contact=NormalContact(value=stiffness, reference_speed=1.0), friction=friction,
+    )  # fmt: skip
+    base = Clamp("base", Site("boom", 0), Site(None))
+    mechanics = Mechanics(
+        Description([arm, boom], [base, joint]), Control(tolerance=1e-7, largest_step=5e-3)
+    )
+    T = np.zeros((len(mechanics.x), 3))
+    T[:, 0] = hot
+    state = mechanics.initial(T)
+    mass = mechanics.system.mass[:36:12, :36:12].toarray().sum()
+    time = 0.5 * mass * start[0] / (3.0 * 0.3 * normal)
+    new, heat, why = mechanics.advance(state, time, T, T)
+    assert gap < 0.0 and not why, why
+    momentum = (mechanics.system.mass @ new.motion.v)[:36:12].sum()
+    assert momentum == pytest.approx(0.5 * mass * start[0], rel=1e-4)
+    assert heat.sum() == pytest.approx(0.375 * mass * start[0] ** 2, rel=1e-3)
+    arm_points = mechanics.regions["arm"]
+    assert np.all(heat[arm_points] > 0.0)
