@@ -31,10 +31,14 @@ from mechanics.contact_laws import (
     APPROACH,
     HISTORIES,
     HISTORY,
+    LUGRE,
+    RISING,
     SLOT,
     STEP,
     duration,
 )
+from mechanics.contact_laws import FRICTION as LAW_OF_FRICTION
+from mechanics.contact_laws import STICK as STICKING
 from mechanics.kernels import (
     at,
     energy_at,
@@ -102,8 +106,10 @@ LANDING = 1e-6
 """An impact begins, and ends, within this fraction of the clearance before touching [-]."""
 CALM = 4
 """Steps between a refusal and the next doubling of the step size."""
-IMPACT_RESOLUTION = 32.0
-"""Steps into which the estimated duration of an impact is divided."""
+IMPACT_RESOLUTION, IMPACT_TOLERANCE, LEAST_RESOLUTION = 32.0, 1e-6, 6.0
+"""Steps into which the estimated duration of an impact is divided at a tolerance, as which the
+error in restitution falls, since it falls with their square; and at least, below which an impact
+would gain energy [-]."""
 VIOLENT = 0.1
 """Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
 DOUBLING_ERROR = 0.1
@@ -252,22 +258,25 @@ class Memory(NamedTuple):
 """Fields of a packed program."""
 (Y, V, A, FORCE0, BEFORE, APPROACH0, HISTORY0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
  ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_, FORCE1, Q_HAT,
- V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, RESPONSE, SCRATCH, OTHER,
- THIRD, RATES, TRIED, JACOBIAN, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(48)  # fmt: skip
+ V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, SCRATCH, OTHER, THIRD, RATES,
+ TRIED, JACOBIAN, READY, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(48)  # fmt: skip
 """Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
 (names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``TRIED``: time,
 B, G, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see ``_look``. ``EARLIER``:
 accelerations and multipliers one step before; ``TREND``: how they go on, see ``_begin``.
 ``MOMENTUM``: M a at the beginning of the step."""
 
-WORST, ROWS_AT, PROJECT_AT = 6, 7, 8
-"""Whole numbers of the memory behind those that are carried: the worst unknown; see ``demands``."""
+WORST, ROWS_AT, PROJECT_AT, IN_USE = 6, 7, 8, 9
+"""Whole numbers of the memory behind those that are carried: the worst unknown; see ``demands``;
+the Jacobian in use."""
 
-MADE_FOR, WASTED, CONTRACTION, AGE, MEASURED, MEASURED_FOR = range(6)
-JACOBIANS = 6
-"""What is known of the factors: step size they were made for (0: there are none), corrections
-wasted since, contraction as last measured, steps taken with them, steps until it was measured (0:
-not yet), size of that step."""
+JACOBIANS = 4
+"""Jacobians that are kept, for as many step sizes: impacts make the size go up and down."""
+MADE_FOR, WASTED, CONTRACTION, AGE, MEASURED, MEASURED_FOR, USED = range(7)
+KNOWN = 7
+"""What is known of each: step size it was made for (0: there is none), corrections wasted since,
+contraction as last measured, steps taken with it, steps until it was measured (0: not yet), size of
+that step, steps and refusals until it was last used."""
 
 
 _lines = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
@@ -310,15 +319,15 @@ def memory(
     given = [*carried[:-1], settings, *window]
     rows = [kept, kept * joints * COLUMNS, kept * joints, kept * driven, some * y, some * y,
             some * TERMS]  # fmt: skip
-    tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, factors]
-    tried += [window.c0.size] * 3 + [program.signals.size, joints * COLUMNS]
-    tried += [y, y, y, 3 * m, 4, JACOBIANS, 2 * looks, 64 * 9, y, 3, n]
+    tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, JACOBIANS * factors]
+    tried += [window.c0.size] * 3 + [program.signals.size]
+    tried += [y, y, y, 3 * m, 4, JACOBIANS * KNOWN, 2 * joints, 2 * looks, 64 * 9, y, 3, n]
     sizes = [part.size for part in given] + rows + tried
     ends = np.cumsum(sizes)
     reals = np.zeros(ends[-1])
     np.concatenate([part.ravel() for part in given], out=reals[: ends[len(given) - 1]])
     places = np.stack([ends - sizes, ends], axis=1).astype(np.int64)
-    return Memory(places, reals, np.append(carried.whole, [0, *demands(int(settings[FORM]))]))
+    return Memory(places, reals, np.append(carried.whole, [0, *demands(int(settings[FORM])), 0]))
 
 
 def field(store: Memory, name: int, *shape: int) -> Array:
@@ -466,12 +475,19 @@ def respond(p, y, v, coef, response):
 
 @_inner
 def _remember(p, w):
-    """Histories of all contacts at the end of the step."""
+    """Histories at the end of the step of all contacts whose friction has a memory."""
     terms, kernels = _terms(p)
-    history = _real(w, HISTORY0).reshape((-1, HISTORIES))
+    history, coef = _real(w, HISTORY0).reshape((-1, HISTORIES)), _real(w, COEF)
+    starts = _whole(p, P_CONTACT_AT)
     for k in range(len(terms)):
         s = terms[k]
-        if s[ROLE] == CONTACT:
+        if s[ROLE] != CONTACT:
+            continue
+        remembers = False
+        for j in range(s[CONTACT0], s[CONTACT0] + s[CONTACTS]):
+            law = coef[starts[j] + LAW_OF_FRICTION]
+            remembers = remembers or law in (STICKING, LUGRE, RISING)
+        if remembers:
             remember_at(kernels[k, REMEMBER])(
                 _real(w, Y1_), _real(w, V1_), _coefs(_real(w, COEF), s), _ints(p, s),
                 _floats(p, s), history[s[CONTACT0] : s[CONTACT0] + s[CONTACTS]],
@@ -547,14 +563,28 @@ def _violation(p, w, eps, curved, phi):
 def _factorise(p, w):
     """0 if the matrix could be factorised."""
     ints, data = _whole(p, P_SOLVER_INTS), _real(w, DATA)
-    return factor_at(_whole(p, P_SOLVER)[0])(ints, data, _real(w, FACTORS))
+    return factor_at(_whole(p, P_SOLVER)[0])(ints, data, _factors(w))
 
 
 @_inner
 def _solve(p, w):
     """The right-hand side becomes the solution."""
     ints, b = _whole(p, P_SOLVER_INTS), _real(w, X)
-    solve_at(_whole(p, P_SOLVER)[1])(ints, _real(w, FACTORS), b)
+    solve_at(_whole(p, P_SOLVER)[1])(ints, _factors(w), b)
+
+
+@_inner
+def _factors(w):
+    """Factors of the Jacobian in use."""
+    whole = _real(w, FACTORS)
+    size = whole.size // JACOBIANS
+    return whole[size * w.whole[IN_USE] : size * (w.whole[IN_USE] + 1)]
+
+
+@_inner
+def _known(w):
+    """What is known of the Jacobian in use."""
+    return _real(w, JACOBIAN)[KNOWN * w.whole[IN_USE] : KNOWN * (w.whole[IN_USE] + 1)]
 
 
 # -------------------------------------------------------------------------------------- one step
@@ -592,17 +622,41 @@ def _write_contacts(p, w, h):
 def _let_act(p, w, h):
     """No contact acts in a step that begins in free flight: it ends where the impact begins.
 
-    A force at the end of a long step would slow the journal down before it arrives.
+    A force at the end of a long step would slow the journal down before it arrives. A step that is
+    short enough to resolve the impact may contain its beginning: the approach speed is that with
+    which it begins.
     """
     coef, acting, at = _real(w, COEF), _real(w, ACTING), _whole(p, P_CONTACT_AT)
-    approach = _real(w, APPROACH0)
+    approach, ready = _real(w, APPROACH0), _real(w, READY).reshape((at.size, 2))
     if at.size == 0:
         return
     _write_contacts(p, w, h)
+    for j in range(at.size):
+        if approach[j] == 0.0 and h <= ready[j, 0]:
+            coef[at[j] + APPROACH] = ready[j, 1]
     _copy(coef, acting)
     for j in range(at.size):
-        if approach[j] == 0.0:
+        if coef[at[j] + APPROACH] == 0.0:
             acting[at[j] + ACTIVE] = 0.0
+
+
+@_inner
+def _get_ready(p, w, response):
+    """Step that would resolve the impact which a journal in flight heads for, and its speed."""
+    s, approach, coef = _real(w, SETTINGS), _real(w, APPROACH0), _real(w, COEF)
+    mass, at = _real(p, P_CONTACT_MASS), _whole(p, P_CONTACT_AT)
+    ready = _real(w, READY).reshape((at.size, 2))
+    for j in range(at.size):
+        speed = response[j, DEPTH_RATE]
+        ready[j, 0], ready[j, 1] = 0.0, speed
+        if approach[j] == 0.0 and speed > 0.0:
+            ready[j, 0] = duration(mass[j], speed, coef[at[j] : at[j] + SLOT]) / _impact_steps(s)
+
+
+@_inner
+def _impact_steps(s):
+    """Steps into which the duration of an impact is divided."""
+    return max(LEAST_RESOLUTION, IMPACT_RESOLUTION * sqrt(IMPACT_TOLERANCE / s[TOLERANCE]))
 
 
 @_inner
@@ -688,9 +742,7 @@ def _note_trend(p, w, h):
 @_inner
 def _jacobian(p, w, h):
     """Factorise where the trial is; False if singular."""
-    s, step, data, jacobian = (
-        _real(w, SETTINGS), _real(w, TRIED), _real(w, DATA), _real(w, JACOBIAN)
-    )  # fmt: skip
+    s, step, data, jacobian = _real(w, SETTINGS), _real(w, TRIED), _real(w, DATA), _known(w)
     weight = 1.0 - s[ALPHA_F]
     matrix(
         p, _real(w, Y1_), _real(w, V1_), _acting(p, w), 1.0 - s[ALPHA_M], weight * step[1],
@@ -699,8 +751,7 @@ def _jacobian(p, w, h):
     total = 0.0
     for i in range(data.size - 1):
         total += data[i]
-    for k in range(JACOBIANS):
-        jacobian[k] = 0.0
+    _fill(jacobian, 0.0)
     w.whole[5] += 1
     if not np.isfinite(total) or _factorise(p, w) != 0:
         return False
@@ -710,14 +761,23 @@ def _jacobian(p, w, h):
 
 @_inner
 def _serves(p, w, h):
-    """Whether the Jacobian of an earlier step will do.
+    """Whether the Jacobian of an earlier step will do; put the one for this step size into use.
 
     Not where the corrections that an exact one would have saved have cost as much as it costs.
+    Where there is none, the one that has waited longest makes room.
     """
-    jacobian = _real(w, JACOBIAN)
-    if jacobian[MADE_FOR] == 0.0 or abs(h / jacobian[MADE_FOR] - 1.0) > FROZEN:
-        return False
-    return jacobian[WASTED] <= _whole(p, P_SOLVER)[2]
+    jacobians, nearest, oldest = _real(w, JACOBIAN), -1, 0
+    for k in range(JACOBIANS):
+        known = jacobians[KNOWN * k : KNOWN * (k + 1)]
+        if known[USED] < jacobians[KNOWN * oldest + USED]:
+            oldest = k
+        far = abs(h / known[MADE_FOR] - 1.0) if known[MADE_FOR] > 0.0 else np.inf
+        if far <= FROZEN and (
+            nearest < 0 or far < abs(h / jacobians[KNOWN * nearest + MADE_FOR] - 1.0)
+        ):
+            nearest = k
+    w.whole[IN_USE] = nearest if nearest >= 0 else oldest
+    return nearest >= 0 and jacobians[KNOWN * nearest + WASTED] <= _whole(p, P_SOLVER)[2]
 
 
 def decay(p, w, h):
@@ -788,7 +848,7 @@ def _trusted(w, h):
 
     It grows with the age of the factors, from nothing when they are new.
     """
-    jacobian = _real(w, JACOBIAN)
+    jacobian = _known(w)
     since = jacobian[AGE] - jacobian[MEASURED]
     if (
         not 0 < since <= min(TRUST, jacobian[MEASURED])
@@ -860,7 +920,7 @@ def _newton(p, w, h):
     same factors, except every ``TRUST``-th, which measures it.
     Returns the reason (DONE: converged), the number of corrections, the worst unknown.
     """
-    s, B, jacobian = _real(w, SETTINGS), _real(w, TRIED)[1], _real(w, JACOBIAN)
+    s, B, jacobian = _real(w, SETTINGS), _real(w, TRIED)[1], _known(w)
     n, trusted, floor = _real(w, A1_).size, _trusted(w, h), _floor(p, w)
     _begin(w, h)
     before, contraction, worst = np.inf, trusted, 0
@@ -918,9 +978,10 @@ def _step(p, w, h):
         elif not _serves(p, w, h):
             continue
         why, count, worst = _newton(p, w, h)
+        _known(w)[USED] = w.whole[2] + w.whole[3] + 1.0
         spent += count
         if why == DONE or fresh:
-            _real(w, JACOBIAN)[WASTED] += max(0, count - ENOUGH)
+            _known(w)[WASTED] += max(0, count - ENOUGH)
             break
     return why, spent, worst
 
@@ -1118,16 +1179,16 @@ def _looked(p, w, which):
 def locate(p, w, h, old):
     """Fraction of the step at which the first impact begins; -1: no onset inside.
 
-    Journals fly along cubics through both ends of the step. One whose control points lie inside
-    the clearance stays there.
+    The response at the end of the step is kept for the balance there. Journals fly along cubics
+    through both ends of the step. One whose control points lie inside the clearance stays there.
     """
-    approach, first, path = _real(w, APPROACH0), -1.0, np.empty((4, 3))
-    joints = approach.size
-    response, stack = _real(w, RESPONSE).reshape((joints, COLUMNS)), _real(w, STACK)
+    acting, at, first, path = _real(w, ACTING), _whole(p, P_CONTACT_AT), -1.0, np.empty((4, 3))
+    joints, stack = at.size, _real(w, STACK)
+    response = _looked(p, w, 1 - old)[3]
     respond(p, _real(w, Y1_), _real(w, V1_), _real(w, COEF), response)
     started = _looked(p, w, old)[3]
     for j in range(joints):
-        if approach[j] != 0.0:
+        if acting[at[j] + ACTIVE] != 0.0:
             continue
         r0, r1 = started[j], response[j]
         flat = r0[FLAT] != 0.0
@@ -1171,7 +1232,7 @@ def _catching(p, w):
 
 
 @njit(cache=True, error_model="numpy")
-def note_approach(response, approach):
+def note_approach(contact_at, coef, response, approach):
     """Approach speed of each running impact: the largest since its onset; 0 once it is over.
 
     Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
@@ -1182,7 +1243,7 @@ def note_approach(response, approach):
         gap, rate, near = response[j, DEPTH], response[j, DEPTH_RATE], abs(response[j, GAP])
         closing = rate > 0.0 or approach[j] != 0.0
         if gap > 0.0 or (gap > -LANDING * near and closing):
-            largest = max(approach[j], rate)
+            largest = max(approach[j], rate, coef[contact_at[j] + APPROACH])
             approach[j] = largest if largest > 0.0 else UNMEASURED
         else:
             approach[j] = 0.0
@@ -1203,7 +1264,7 @@ def _impact_rung(p, w, response):
         speed, at_ = approach[j], contact_at[j]
         if speed != 0.0 and abs(response[j, DEPTH_RATE]) > VIOLENT * speed:
             last = duration(mass[j], max(speed, 1e-9), coef[at_ : at_ + SLOT])
-            rung = max(rung, _rung_below(s, last / IMPACT_RESOLUTION))
+            rung = max(rung, _rung_below(s, last / _impact_steps(s)))
     return rung
 
 
@@ -1224,9 +1285,10 @@ def _next_rung(p, w, response, error):
 @_inner
 def _look(p, w, y, v, coef, which):
     """Fill a balance: kinetic, strain, contact energy, powers lost and on free strains; forces of
-    loads and of driven constraints; response of the contacts."""
+    loads and of driven constraints. The response of contacts is there already, see ``locate``.
+    """
     n, out, inertial = p.ints[0], _real(w, SCRATCH), _real(w, THIRD)[: p.ints[0]]
-    real, external, drive, response = _looked(p, w, which)
+    real, external, drive, _ = _looked(p, w, which)
     inertia(p, v, inertial)
     real[0] = half_product(v, inertial)
     energies(p, y, v, coef, real[1:])
@@ -1243,8 +1305,6 @@ def _look(p, w, y, v, coef, which):
             masked[n + row] = y[n + row]
         forces(p, masked, v, coef, CONSTRAINT, out)
         _copy(out[:n], drive)
-    if p.ints[2]:
-        respond(p, y, v, coef, response)
 
 
 @_inner
@@ -1384,7 +1444,8 @@ def take(p, w, h, old):
     response = _looked(p, w, new)[3]
     if p.ints[2]:
         _remember(p, w)
-        note_approach(response, _real(w, APPROACH0))
+        note_approach(_whole(p, P_CONTACT_AT), coef, response, _real(w, APPROACH0))
+        _get_ready(p, w, response)
     w.whole[2] += 1
     _next_rung(p, w, response, _real(w, TRIED)[3])
 
@@ -1434,8 +1495,10 @@ def _enter(p, w):
     _coefficients(p, w, _real(w, CLOCK)[0])
     _write_contacts(p, w, 0.0)
     _look(p, w, _real(w, Y), _real(w, V), coef, 0)
+    respond(p, _real(w, Y), _real(w, V), coef, _looked(p, w, 0)[3])
     inertia(p, _real(w, A), _real(w, MOMENTUM))
     now = _looked(p, w, 0)[0]
+    _get_ready(p, w, _looked(p, w, 0)[3])
     for k in range(3):
         ledger[WORK_THERMAL] += now[k] - ledger[k]
     _copy(now[:3], ledger)

@@ -390,14 +390,16 @@ def _on_pattern(system: System) -> Array:
 
 
 def _symmetry(system: System) -> bool | None:
-    """Whether matrices are symmetric; None: all but the damping, whose forces turn with elements.
+    """Whether matrices are symmetric; None: all but the damping, whose forces turn with elements,
+    and contact.
 
-    What damping adds to one side is a part (damping time) x (speed of rotation) of the stiffness.
+    What damping adds to one side is a part (damping time) x (speed of rotation) of the stiffness;
+    friction adds its coefficient's part of that of the contact.
     """
-    others = system.terms[len(system.elements) :]
-    if not all(getattr(term, "symmetric", True) for term in others):
+    loose = (*system.elements, *system.contacts)
+    if not all(getattr(term, "symmetric", True) for term in system.terms if term not in loose):
         return False
-    if all(term.symmetric for term in system.elements):
+    if all(term.symmetric for term in loose):
         return True
     return None if system.pattern.size > LARGE else False
 
