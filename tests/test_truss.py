@@ -171,6 +171,7 @@ def test_it_runs_and_only_the_cooled_half_gets_shorter(tmp_path):
 
 # ------------------------------------------------------------------------------- with play
 
+KINDS = "chord_low", "chord_up", "diagonal"
 PLAY = """
 [generate.ring.clearance]
 radius = "10 mm"
@@ -259,3 +260,20 @@ def test_the_ring_for_measuring_has_the_play_of_the_case(tmp_path, spherical):
             assert joint.clearance == pytest.approx(case.clearance)
             assert (joint.contact, joint.friction.coefficient) == (case.contact, 0.1)
             assert joint.reference_temperature == case.reference_temperature
+
+
+def test_with_play_it_runs_and_energy_balances(tmp_path):
+    from coupling import simulation
+    from coupling.results import Results
+
+    scene = loose(tmp_path, settings=["time.end=0.04", "generate.ring.clearance.mass=40 g"])
+    outcome = simulation.run(scene, tmp_path)
+    assert outcome.code == 0, outcome.reason
+    with Results.open(outcome.folder) as results:
+        hinges = [results.table(f"joints/{k}_{i}_start") for k in KINDS for i in range(6)]
+        ledger = {name: column[-1] for name, column in results.table("ledger").items()}
+    depth = [float(np.max(hinge["penetration"])) for hinge in hinges]
+    assert 0.0 < max(depth) < 30e-6
+    assert ledger["friction"] > 0.0 and ledger["hysteresis"] > 0.0
+    largest = max(abs(x) for name, x in ledger.items() if not name.startswith("heat_"))
+    assert abs(ledger["defect"]) < 1e-5 * largest
