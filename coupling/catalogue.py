@@ -14,7 +14,7 @@ from coupling.reports.registry import REPORTS
 from coupling.scene import Analysis, Integrator
 from coupling.surface_tables import SURFACES
 from coupling.verify.registry import AREAS
-from mechanics.contact import DISSIPATION, EXPONENT
+from mechanics.contact import DISSIPATION
 from meshes.materials import Material, library, library_material
 
 ELEMENTS = {
@@ -36,6 +36,21 @@ HEAT = {
     "prescribed": "walls give all temperatures, of beams, cables and shells",
 }
 """What ``thermal.solvers.SOLVERS`` do."""
+NORMAL = {
+    "hertz-external": "two spheres side by side, as Hua et al. (2026) take them",
+    "hertz-internal": "a sphere in a hollow one",
+    "cylinder": "a pin in a bore of some length (Johnson)",
+    "linear": "a spring",
+}
+"""What the normal laws of ``mechanics.contact.STIFFNESS`` are."""
+FRICTION = {
+    "regularised": "Coulomb, smooth about rest: creeps",
+    "stick": "Coulomb that truly sticks, by bristles",
+    "stribeck": "regularised, falls from static to kinetic with speed",
+    "lugre": "bristles that bend and slip (Canudas de Wit et al. 1995)",
+    "rising": "sticks; the bound rises while it does",
+}
+"""What the friction laws of ``mechanics.contact.FRICTION`` are."""
 ANALYSES = get_args(Analysis.model_fields["kind"].annotation)
 SCHEMES = get_args(Integrator.model_fields["scheme"].annotation)
 
@@ -48,8 +63,9 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     _section(out, "elements  (of bodies: kind or element)", [*ELEMENTS.items()])
     _section(out, "surfaces of shells  (body.NAME.surface.kind)", _bare(SURFACES))
     _section(out, "joints  (joint.NAME.kind)", _bare(SIDES))
-    _section(out, "contact stiffness  (contact.stiffness)", _bare(EXPONENT))
-    _section(out, "hysteresis laws  (contact.dissipation)", _bare(DISSIPATION))
+    _section(out, "contact stiffness  (joint.NAME.contact.stiffness)", [*NORMAL.items()])
+    _section(out, "hysteresis laws  (joint.NAME.contact.dissipation)", _bare(DISSIPATION))
+    _section(out, "friction laws  (joint.NAME.friction.law)", [*FRICTION.items()])
     _section(out, "analyses  (analysis.kind)", _bare(ANALYSES))
     _section(out, "schemes  (integrator.scheme)", _bare(SCHEMES))
     _section(out, "generated structures  (generate.NAME.kind)", _bare(["ring_truss"]))

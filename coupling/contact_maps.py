@@ -156,7 +156,7 @@ def draw_regimes(results: Results, figure: "Figure") -> None:
     """All contacts over time: their regimes as colours mixed by shares of time, and forces."""
     from matplotlib.colors import to_rgb
 
-    heading(results, figure, "contacts: regimes and forces")
+    heading(results, figure, "regimes and forces of all contacts")
     table = results.table("contacts")
     names = [name for group in contact_groups(results).values() for name in group]
     order = [int(results.attributes(f"joints/{name}")["number"]) for name in names]

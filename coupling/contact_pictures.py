@@ -53,8 +53,12 @@ def label_of(results: Results, contact: str) -> str:
 
 
 def flat_orbit(results: Results, contact: str) -> tuple[dict[str, Array], list[str]]:
-    """The history with an orbit (k, 2), in space in the plane of the largest motion; its axes."""
+    """The history with an orbit (k, 2), in space in the plane of the largest motion; its axes.
+
+    A column ``distance`` (k,) [m] from the centre is added.
+    """
     table = results.table(f"joints/{contact}")
+    table["distance"] = np.linalg.norm(table["orbit"], axis=1)
     directions = results.attributes(f"joints/{contact}").get("directions", np.empty((0, 3)))
     names = [f"along {direction_name(d)} " for d in directions] or ["", ""]
     if table["orbit"].shape[1] == 3:
@@ -92,7 +96,7 @@ def plot_orbit(ax: "Axes", table: dict[str, Array], factor: float, circle: str =
 
 def _unrolled(ax: "Axes", table: dict[str, Array]) -> None:
     """How far the centre is beyond the clearance, over the direction of the contact."""
-    depth = np.hypot(*table["orbit"].T) - table["clearance"]
+    depth = table["distance"] - table["clearance"]
     angle = np.degrees(np.arctan2(table["orbit"][:, 1], table["orbit"][:, 0]))
     factor, unit = scaled(depth[depth > 0] if (depth > 0).any() else depth, "m")
     for code in np.unique(table["regime"]):

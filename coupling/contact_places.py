@@ -55,7 +55,7 @@ class Placement(NamedTuple):
     directions : (d, 3) float  of the components of the orbit, or to the wall, in the first frame
     axes : (3, 3) float  of those of the friction vector, likewise
     along : (3,) float | None  axis along which the place of the contact is counted
-    rail : body along which it is counted instead; outer : the one around it, both of a telescope
+    outer : tube along which it is counted instead;  mouth : float [m]  a place that stays; nan
     """
 
     journal: Place | None
@@ -64,8 +64,8 @@ class Placement(NamedTuple):
     directions: Array
     axes: Array
     along: Array | None = None
-    rail: Body | None = None
     outer: Body | None = None
+    mouth: float = np.nan
 
 
 class Located(NamedTuple):
@@ -86,10 +86,11 @@ def placement(results: Results, contact: str, bodies: Mapping[str, Body]) -> Pla
     position = np.asarray(attributes.get("position", np.zeros(3)), dtype=float)
     axes = np.asarray(attributes.get("axes", np.eye(3)), dtype=float)
     if attributes.get("form") == TUBE:
-        rail, outer = (bodies.get(str(attributes[f"{k}_body"])) for k in ("rail", "bearing"))
-        if rail is None or outer is None:
+        outer = bodies.get(str(attributes["bearing_body"]))
+        mouth = float(attributes.get("mouth", np.nan))
+        if outer is None:
             return None
-        return Placement(None, None, position, directions, axes, None, rail, outer)
+        return Placement(None, None, position, directions, axes, None, outer, mouth)
     journal, bearing = (_site(attributes, side, bodies) for side in ("journal", "bearing"))
     along = attributes["axis"] if "place" in columns and "axis" in attributes else None
     return Placement(journal, bearing, position, directions, axes, along)
@@ -103,8 +104,8 @@ def _site(attributes: dict[str, Any], side: str, bodies: Mapping[str, Body]) -> 
 
 def located(place: Placement, frame: int, row: Mapping[str, Array]) -> Located:
     """Where a contact is in a frame, with the ``row`` of its history at that time."""
-    if place.rail is not None and place.outer is not None:
-        return _in_tubes(place, place.rail, place.outer, frame, row)
+    if place.outer is not None:
+        return _in_tubes(place, place.outer, frame, row)
     centre, turn = _bearing(place, frame)
     if place.along is not None:
         centre = centre + row["place"] * (place.along @ turn)
@@ -124,15 +125,13 @@ def _bearing(place: Placement, frame: int) -> tuple[Array, Array]:
     return body.position[frame, node] + offset @ body.axes[frame, node], turn
 
 
-def _in_tubes(
-    place: Placement, rail: Body, outer: Body, frame: int, row: Mapping[str, Array]
-) -> Located:
-    """The foot of a station is on the rail; the gap goes from the outer to the inner tube."""
-    points, path = rail.position[frame], row["orbit"]
-    along = lengths(points)
-    foot = np.array([np.interp(row["place"], along, column) for column in points.T])
-    centre = foot if rail is outer else foot - path
-    node = int(np.argmin(np.linalg.norm(outer.position[frame] - centre, axis=1)))
+def _in_tubes(place: Placement, outer: Body, frame: int, row: Mapping[str, Array]) -> Located:
+    """The gap goes from the axis of the outer tube to that of the inner one."""
+    points, path = outer.position[frame], row["orbit"]
+    along = lengths(outer.position[0])
+    at = float(row["place"]) if np.isnan(place.mouth) else place.mouth
+    centre = np.array([np.interp(at, along, column) for column in points.T])
+    node = int(np.argmin(np.abs(along - at)))
     return Located(centre, path, _force(place, path, path, outer.axes[frame, node], row))
 
 

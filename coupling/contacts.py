@@ -208,16 +208,14 @@ def _clearance(contact: Contact) -> float:
 
 
 def _tubes(scene: Scene, contact: Contact, table: contact_tables.Telescope) -> dict[str, Any]:
-    """The tubes of a telescope; the rail is the one along which the place is counted."""
+    """The tubes of a telescope, and of its mouth the place on the outer one [m]."""
     rows: dict[str, Any] = {
-        "radius": table.radius, "bearing_body": table.outer, "journal_body": table.inner,
-        "rail_body": table.outer,
+        "radius": table.radius, "bearing_body": table.outer, "journal_body": table.inner
     }  # fmt: skip
     if contact.label != MOUTH:
         return rows
     along = scene.shapes[table.outer].along
-    mouth = along[0] if table.mouth == "start" else along[-1]
-    return rows | {"rail_body": table.inner, "mouth": float(mouth)}
+    return rows | {"mouth": float(along[0 if table.mouth == "start" else -1])}
 
 
 def _directions(contact: Contact) -> Array:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from coupling.contact_pictures import flat_orbit, plot_orbit, regime_handles
 from coupling.contact_places import peak_force
 from coupling.painting import Colouring
-from coupling.pictures import scaled
+from coupling.pictures import fitting_size, scaled
 from coupling.reading import Results
 from coupling.surfaces import AROUND, Body, extent, surface
 from coupling.turning import departure, find_drive, outermost_probe
@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 SKY, INK, FAINT, GRID = "#0b1226", "#e8edf5", "#5f6f8c", "#26324d"
 SEEN = 0.5
 """Difference of temperatures on one body that is worth a picture of its own [K]."""
+TITLE_WIDTH = 3.3
+"""Of the insets [inch]."""
 LINES = ("#56B4E9", "#F0B429", "#EF767A")
 
 
@@ -67,7 +69,9 @@ def draw_insets(figure: "Figure", insets: list[tuple[Any, ...]]) -> None:
 def _orbit_inset(ax: "Axes", joint: str, table: dict[str, Array]) -> None:
     factor, unit = scaled(table["clearance"], "m")
     plot_orbit(ax, table, factor, circle=INK)
-    ax.set_title(f"{joint}: orbit of the journal [{unit}]", color=INK, fontsize=11)
+    title = f"{joint}: orbit of the journal [{unit}]"
+    size = fitting_size(title, TITLE_WIDTH, 13.0)  # which is for bold letters
+    ax.set_title(title, color=INK, fontsize=min(size, 11.0))
     _legend_below(ax, 0.06, handles=regime_handles(np.unique(table["regime"])))
 
 

@@ -208,3 +208,106 @@ def _record_hinge(recorder: Recorder, duration: float, angle: float, rows: int) 
             "bearing_node": 0,
         },
     )
+
+
+# ------------------------------------------------------------------------ several contacts
+
+STATIONS, OUTER, INNER = 12, 2.0, 3.0
+"""Of a telescope: stations of its inner tube, lengths of its tubes [m]."""
+
+
+def loose_run(folder: Path, rows: int = 600, windows: int = 20) -> Path:
+    """A made-up run with a pin in space, a ball, a slider and a telescope."""
+    recorder = Recorder(folder, {"title": "Tube out of a tube, hinged and guided", "scene": ""})
+    _record_tubes(recorder)
+    time = np.linspace(0.0, 1.0, rows)
+    contacts = [*_pin(time), *_socket(time), *_slider(time), *_stations(time)]
+    for number, (name, columns, attributes) in enumerate(contacts):
+        joint, _, label = name.partition(".")
+        known = {"joint": joint, "label": label, "number": number, "axes": np.eye(3)}
+        recorder.append_many(f"joints/{name}", columns)
+        recorder.describe_group(f"joints/{name}", known | attributes)
+    random = np.random.default_rng(1)
+    for t in np.linspace(0.0, 1.0, windows + 1)[1:]:
+        shares = random.dirichlet([3.0, 0.3, 1.0, 1.0], len(contacts))
+        peak = 1e3 * random.random(len(contacts)) ** 4
+        row = {"shares": shares, "peak_force": peak, "impacts": random.poisson(2, len(contacts))}
+        recorder.append("contacts", {"time": t, "friction_work": 1e-3 * peak, **row})
+    recorder.close("done")
+    return recorder.path
+
+
+def _record_tubes(recorder: Recorder) -> None:
+    for t in np.linspace(0.0, 1.0, 5):
+        recorder.append("frames", {"time": t})
+        for name, start, length in (("outer", 0.0, OUTER), ("inner", 0.4 + 0.3 * t, INNER)):
+            position, axes = generate.line([start, 0, 0], [start + length, 0, 0], 8, [0, 1, 0])
+            recorder.append(f"bodies/{name}", {"position": position, "axes": axes})
+    for name in ("outer", "inner"):
+        recorder.describe_group(f"bodies/{name}", _section_attributes())
+
+
+def _touching(time: Array, phase: float, clearance: float) -> dict[str, Array]:
+    """Columns that all contacts have: in contact where a sine is positive."""
+    beat = np.sin(40.0 * time + phase)
+    depth = 1e-2 * clearance * beat
+    force = 300.0 * np.maximum(beat, 0.0) ** 1.5
+    regime = np.where(beat <= 0.0, 0, 1 + (np.arange(len(time)) // 20) % 3)
+    return {
+        "time": time, "clearance": np.full_like(time, clearance), "penetration": depth,
+        "normal_force": force, "friction_force": 0.1 * force, "slip_speed": 1e-3 * np.abs(beat),
+        "approach": 0.0 * time, "regime": regime, "stuck": (regime == 3).astype(int),
+        "friction_vector": np.outer(0.1 * force, [1.0, 0.0, 0.0]),
+    }  # fmt: skip
+
+
+Contacts = list[tuple[str, dict[str, Array], dict[str, Any]]]
+
+
+def _pin(time: Array) -> Contacts:
+    found: Contacts = []
+    for k, height in enumerate((-0.03, 0.03)):
+        columns = _touching(time, 2.0 * k, 5e-5)
+        reach, angle = columns["clearance"] + columns["penetration"], 5.0 * time + k
+        columns["orbit"] = reach[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        columns["place"] = np.full_like(time, height)
+        form = {"form": "end", "directions": np.eye(3)[:2], "axis": np.eye(3)[2]}
+        found.append((f"pin.end_{k + 1}", columns, form | {"position": np.array([0, 0, 1.0])}))
+    return found
+
+
+def _socket(time: Array) -> Contacts:
+    columns = _touching(time, 1.0, 1e-4)
+    away = np.column_stack([0.1 * np.sin(time), np.cos(7 * time), np.sin(7 * time)])
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    columns["orbit"] = (columns["clearance"] + columns["penetration"])[:, None] * away
+    form = {"form": "ball", "directions": np.eye(3), "position": np.array([0, 1.0, 0])}
+    return [("socket", columns, form)]
+
+
+def _slider(time: Array) -> Contacts:
+    found: Contacts = []
+    for k, (end, side) in enumerate(((1, 1), (1, 2), (2, 1), (2, 2))):
+        columns = _touching(time, 1.5 * k, 1e-4)
+        columns["towards_wall"] = columns["clearance"] + columns["penetration"]
+        columns["place"] = np.full_like(time, 0.1 * (2 * end - 3)) + 0.2 * time
+        form = {"form": "wall", "directions": [[0.0, 2.0 * side - 3.0, 0.0]]}
+        more = {"axis": np.eye(3)[0], "position": np.array([1.0, 0.02 * (2 * side - 3), 1.0])}
+        found.append((f"guide.corner_{end}_{side}", columns, form | more))
+    return found
+
+
+def _stations(time: Array) -> Contacts:
+    found: Contacts = []
+    form: dict[str, Any] = {"form": "tube", "directions": np.eye(3), "bearing_body": "outer"}
+    for k in range(STATIONS + 1):
+        columns = _touching(time, 0.5 * k, 1e-3)
+        reach = columns["clearance"] + columns["penetration"]
+        direction = np.column_stack([0.0 * time, np.cos(3 * time + k), np.sin(3 * time + k)])
+        columns["orbit"] = reach[:, None] * direction
+        columns["place"] = 0.4 + 0.3 * time + 0.1 * k
+        if k < STATIONS:
+            found.append((f"tubes.node_{k:02d}", columns, form))
+        else:
+            found.append(("tubes.mouth", columns, form | {"mouth": OUTER}))
+    return found

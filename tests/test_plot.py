@@ -13,7 +13,8 @@ import synthetic
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from coupling.contact_pictures import direction_name, regime_shares
+from coupling.contact_maps import _touch
+from coupling.contact_pictures import direction_name, flat_orbit, regime_shares
 from coupling.overview import enlargement
 from coupling.painting import Camera, camera_for, colouring_of, paint
 from coupling.pictures import scaled
@@ -110,6 +111,35 @@ def test_drawing_is_silent_and_needs_no_display(run: Path) -> None:
     assert "arning" not in found.stderr
 
 
+def test_joints_with_several_contacts_get_pictures_that_suit_them(tmp_path: Path) -> None:
+    written = names(plot(synthetic.loose_run(tmp_path)))
+    assert written[0] == "overview" and written[-1] == "regimes"
+    assert sorted(written[1:-1]) == [
+        "contact_guide", "contact_pin", "contact_socket", "map_tubes", "orbit_pin", "orbit_socket",
+    ]  # fmt: skip
+
+
+def test_an_orbit_in_space_is_seen_along_its_smallest_motion(tmp_path: Path) -> None:
+    with Results.open(synthetic.loose_run(tmp_path)) as results:
+        table, seen = flat_orbit(results, "socket")
+        recorded = results["joints/socket/orbit"]
+    assert seen == ["along y ", "along z "]
+    assert_allclose(table["orbit"], recorded[:, 1:])
+    assert_allclose(table["distance"] - table["clearance"], table["penetration"], atol=1e-17)
+
+
+def test_a_map_tells_places_and_directions_of_contact(tmp_path: Path) -> None:
+    """Station k is at 0.4 + 0.3 t + 0.1 k along the outer tube, 3 t + k around it, from y to z."""
+    with Results.open(synthetic.loose_run(tmp_path)) as results:
+        touch = _touch(results, "tubes.node_05", 5, True)
+        mouth = _touch(results, "tubes.mouth", 12, True)
+    assert_allclose(touch.place, 0.9 + 0.3 * touch.time)
+    turned_by = np.radians(touch.angle) - (3.0 * touch.time + 5.0)
+    assert_allclose(np.cos(turned_by), 1.0)
+    assert np.all(touch.force > 0.0) and set(np.unique(touch.regime)) <= {1, 2, 3}
+    assert_allclose(mouth.place, synthetic.OUTER)
+
+
 # -------------------------------------------------------------------------------- legibility
 
 
@@ -150,7 +180,12 @@ def texts(figure: Any) -> list[tuple[str, Any]]:
     return [(t.get_text(), t.get_window_extent()) for t in shown if t not in ticks]
 
 
-@pytest.mark.parametrize("which", ["run", "wide_run"])
+@pytest.fixture(scope="module")
+def loose_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return synthetic.loose_run(tmp_path_factory.mktemp("loose"))
+
+
+@pytest.mark.parametrize("which", ["run", "wide_run", "loose_run"])
 def test_no_text_is_cut_off_or_meets_another(which: str, request: pytest.FixtureRequest) -> None:
     found = []
     for name, figure in drawn_figures(request.getfixturevalue(which)):
