@@ -10,9 +10,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mechanics.description as motion
+from coupling import simulation
 from coupling.casefile import from_text
+from coupling.contact_places import contact_groups
 from coupling.contact_tables import FRICTION_LAWS, Friction
 from coupling.descriptions import motion_description
+from coupling.results import Results
 from coupling.scene import Scene
 from meshes.materials import library_material
 
@@ -217,3 +220,81 @@ def test_json_schema_knows_the_tables():
     wrong["joint"]["tubes"]["stations"] = "many"
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(wrong, schema)
+
+
+# ------------------------------------------------------------------------------------ a run
+
+HANGING = """
+[time]
+end = "12 ms"
+window = "2 ms"
+[gravity]
+acceleration = [0, -3, -9.81]
+[body.arm]
+kind = "rigid"
+position = [0.2, 0, 0]
+mass = 1
+inertia = [1e-3, 5e-3, 5e-3]
+spin = [0, 0, 2]
+velocity = [0, 0.4, 0]
+[joint.pin]
+kind = "clearance_revolute"
+journal = { body = "arm", position = [0, 0, 0] }
+axis = [0, 0, 1]
+radius = "10 mm"
+clearance = "50 um"
+length = "30 mm"
+axial_clearance = "0.1 mm"
+journal_material = "steel-304"
+bearing_material = "al6061"
+friction = { coefficient = 0.1, law = "stick", static_coefficient = 0.15, presliding = "1 um" }
+"""
+
+
+@pytest.fixture(scope="module")
+def hanging(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hanging")
+    assert simulation.run(from_text(HANGING, folder), folder).code == 0
+    return Results.open(folder / "001")
+
+
+def test_each_contact_has_a_history_and_knows_its_place(hanging):
+    labels = ["end_1", "end_2", *(f"flange_{i}_{k}" for i in (1, 2) for k in (1, 2, 3))]
+    groups = contact_groups(hanging)
+    assert groups == {"pin": [f"pin.{label}" for label in labels]}
+    for label in labels:
+        attributes = hanging.attributes(f"joints/pin.{label}")
+        assert (attributes["joint"], attributes["label"]) == ("pin", label)
+        gap = 5e-5 if label.startswith("end") else 1e-4
+        assert attributes["reference_clearance"] == pytest.approx(gap)
+        assert_allclose(hanging[f"joints/pin.{label}/clearance"], gap)
+    assert_allclose(hanging["joints/pin.end_1/place"], -0.015)
+    assert_allclose(hanging["joints/pin.end_2/place"], 0.015)
+    assert_allclose(hanging.attributes("joints/pin.flange_1_1")["directions"], [[0, 0, 1]])
+
+
+def test_events_are_where_penetration_changes_its_sign(hanging):
+    found = hanging.table("events")
+    assert np.all(np.diff(found["time"]) >= 0.0) and np.all(found["speed"] >= 0.0)
+    for number, contact in enumerate(contact_groups(hanging)["pin"]):
+        time, depth = (hanging[f"joints/{contact}/{c}"] for c in ("time", "penetration"))
+        mine = found["contact"] == number
+        for t, kind in zip(found["time"][mine], found["kind"][mine], strict=True):
+            at = np.searchsorted(time, t)
+            before, after = depth[max(at - 1, 0)], depth[min(at + 1, len(time) - 1)]
+            assert (before < 0.0 < after) if kind == 1 else (after < 0.0)
+        kinds = found["kind"][mine]
+        assert np.all(np.diff(kinds.astype(int)) != 0)  # one after the other
+    assert len(found["time"]) > 4
+
+
+def test_totals_of_the_windows_are_those_of_events_and_ledger(hanging):
+    totals, found = hanging.table("contacts"), hanging.table("events")
+    assert_allclose(totals["time"], hanging["windows/time"])
+    onsets = np.bincount(found["contact"][found["kind"] == 1], minlength=8)
+    assert totals["impacts"].sum(axis=0).tolist() == onsets.tolist()
+    assert_allclose(totals["shares"].sum(axis=2), 1.0, rtol=1e-6)
+    assert totals["friction_work"].sum() == pytest.approx(hanging["ledger/friction"][-1], rel=0.02)
+    for number, contact in enumerate(contact_groups(hanging)["pin"]):
+        peak = hanging[f"joints/{contact}/normal_force"].max()
+        assert totals["peak_force"][:, number].max() == peak

@@ -224,6 +224,35 @@ def test_the_plane_of_an_orbit_turns_with_the_bearing(tmp_path: Path) -> None:
     assert np.isnan(cloud.point_data["normal_force"]).all()
 
 
+def test_contacts_in_space_are_where_their_bearings_carry_them(tmp_path: Path) -> None:
+    import pyvista
+
+    path = synthetic.loose_run(tmp_path)
+    written = export(path)
+    results = Results.open(path)
+    names = results.names("joints")
+    cloud = pyvista.read(next(p for p in written if p.name == "joints_00002.vtu"))
+    bearing, journal = cloud.points[::2], cloud.points[1::2]
+    force = cloud.point_data["contact_force"][::2]
+    for k, name in enumerate(names):
+        table = results.table(f"joints/{name}")
+        row = np.argmin(np.abs(table["time"] - 0.5))
+        at = {column: values[row] for column, values in table.items()}
+        directions = results.attributes(f"joints/{name}")["directions"]
+        path_ = np.atleast_1d(at.get("orbit", at.get("towards_wall")))
+        assert_allclose(journal[k] - bearing[k], path_ @ directions, atol=1e-15)
+        normal = path_ @ directions / np.linalg.norm(path_)
+        assert_allclose(force[k] @ normal, at["friction_vector"] @ normal - at["normal_force"],
+                        atol=1e-9)  # fmt: skip
+        if name == "tubes.mouth":
+            assert_allclose(bearing[k], [synthetic.OUTER, 0, 0])
+        elif name.startswith("tubes"):
+            assert_allclose(bearing[k], [at["place"], 0, 0])
+        elif name.startswith("guide"):
+            position = results.attributes(f"joints/{name}")["position"]
+            assert_allclose(bearing[k], position + at["place"] * np.eye(3)[0])
+
+
 def test_particles_are_points_and_bodies_are_numbered(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path, {})
     position, axes = generate.line([0, 0, 0], [2, 0, 0], 2, [0, 1, 0])

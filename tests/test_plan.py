@@ -110,6 +110,36 @@ def test_frictional_heat_that_nobody_takes_is_said():
     assert any(line.startswith("frictional heat of pin.bearing:") for line in left_out)
 
 
+def test_kinds_of_joints_with_clearance_are_named_with_their_laws():
+    spatial = PIN.replace("joint.pin", "joint.wide").replace("axis", "length = 0.1\naxis", 1)
+    spatial = spatial.replace("radius", "axial_clearance = 1e-4\nradius", 1)
+    sticky = spatial + "[joint.wide.friction]\nlaw = 'stick'\ncoefficient = 0.2\n"
+    sticky = sticky.replace('at = "end"', 'at = "start"')
+    text = str(build(casefile.from_text(BAR + PIN + sticky + HEAT, ROOT)))
+    law = "hertz-external, exact hysteresis"
+    assert f"1 × planar revolute clearance, {law}, onsets located, thermal clearance" in text
+    wide = f"1 × revolute clearance of 8 contacts, {law}, stick friction"
+    assert f"{wide}, onsets located, thermal clearance" in text
+
+
+def test_a_telescope_says_its_stations():
+    sleeve = BAR.partition("[body.bar]")[2].partition("[joint")[0]
+    sleeve = "[body.sleeve]" + sleeve.replace("[0.0, 0.0, 0.0]", "[-1.0, 0.0, 0.0]")
+    joint = "[joint.tubes]\nkind = 'telescope'\ninner = 'bar'\nouter = 'sleeve'\nstations = 2\n"
+    runs, _ = planned(BAR + sleeve + joint + "radius = 0.01\nclearance = 1e-3\n")
+    # four nodes, two stations in each of three elements, the mouth
+    said = "1 × telescope of 11 contacts, hertz-external, exact hysteresis, onsets located"
+    assert runs["mechanics.telescope"] == said
+
+
+def test_list_says_what_every_contact_law_is():
+    from coupling.catalogue import FRICTION, NORMAL
+    from mechanics import contact
+
+    assert NORMAL.keys() == contact.STIFFNESS.keys()
+    assert FRICTION.keys() == contact.FRICTION.keys()
+
+
 @pytest.mark.parametrize("scheme", ["serial", "corrected"])
 def test_the_scheme_is_named(scheme):
     runs, _ = planned(BAR + HEAT + f'[coupling]\nscheme = "{scheme}"\n')
