@@ -12,7 +12,6 @@ from coupling.places import place_of, point_of
 from coupling.scene import Scene
 from coupling.site_tables import GROUND
 from mechanics import march
-from mechanics.contact import FRICTION, classify
 from mechanics.contact_laws import NONE
 from mechanics.system import System
 
@@ -102,6 +101,8 @@ def _geometry(
 
 def regimes(contacts: list[Contact], response: Array, approach: Array) -> NDArray[np.int8]:
     """Regime of motion (k, n_c), see ``mechanics.contact.classify``."""
+    from mechanics.contact import FRICTION, classify
+
     slip = np.linalg.norm(response[..., march.SLIP : march.SLIP + 3], axis=-1)
     depth, rate = response[..., march.DEPTH], response[..., march.DEPTH_RATE]
     stuck, found = response[..., march.STUCK], np.zeros(approach.shape, np.int8)
