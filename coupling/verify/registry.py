@@ -16,7 +16,7 @@ GROUPS = {
 """Names under which several areas are solved."""
 AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic")
 MODULES = {
-    "contact": ("restitution", "impacts"),
+    "contact": ("restitution", "impacts", "friction"),
 }
 """Modules of the areas that are not one of the same name."""
 
