@@ -16,7 +16,7 @@ RELEASE, ONSET = 0, 1
 REGIMES = 4
 MANY = 8
 """Contacts of a scene up to which each step of each of them is kept."""
-KEPT = 400_000
+KEPT = 200_000
 """Rows that are kept of more contacts, of all together over a run, about."""
 HALVINGS = 60
 

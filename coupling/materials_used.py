@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from coupling.body_tables import LineBody, ShellBody
-from coupling.contact_tables import Sided
+from coupling.contact_tables import Sided, Telescope
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_tables import MaterialTable
@@ -86,6 +86,10 @@ def _uses(draft: Draft) -> Iterator[tuple[str, list[float]]]:
             reference = joint.reference_temperature or default
             yield joint.journal_material, [reference, *start]
             yield joint.bearing_material, [reference, *start]
+        elif isinstance(joint, Telescope):
+            tubes = [draft.named("body").get(name) for name in (joint.inner, joint.outer)]
+            reference = joint.reference_temperature or default
+            yield from ((t.material, [reference]) for t in tubes if isinstance(t, LineBody))
     for name, part in draft.named("thermal", "part").items():
         temperatures = [part.initial or default, *_of_part(draft, name)]
         yield part.material, temperatures

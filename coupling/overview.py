@@ -26,6 +26,7 @@ SHOWN_TRAVEL = 0.3  # up to this
 ROUND = (1, 2, 5)
 MOST_PATHS = 6
 MOST_NAMES = 4
+MOST_RINGS = 24  # around joints that are seen from afar
 
 
 def draw_overview(results: Results, figure: "Figure") -> None:
@@ -157,10 +158,17 @@ def _mark_joints(ax: "Axes", camera: Camera, results: Results, bodies: list[Body
         if place is not None:
             last = {n: v[-1] for n, v in results.table(f"joints/{contacts[-1]}").items()}
             shown[joint] = located(place, -1, last).centre
+    size = 130 if len(shown) <= MOST_RINGS else 20
     for joint, point in shown.items():
         centre = camera.project(point)[:2]
         ax.scatter(
-            centre[0], centre[1], s=130, facecolors="none", edgecolors=INK, linewidths=1.2, zorder=3
+            centre[0],
+            centre[1],
+            s=size,
+            facecolors="none",
+            edgecolors=INK,
+            linewidths=1.2,
+            zorder=3,
         )
         if len(shown) <= MOST_NAMES:
             style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}

@@ -516,6 +516,12 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         added(OUTER + TELESCOPE + "mouth = 'start'\n"),
         ["joint.tubes.mouth: is 1 m away from the axis of 'boom', more than the radius, 0.0215 m; did you mean the other end?"],
     ),
+    "telescope colder than the data of its tubes": (
+        added(OUTER + TELESCOPE + "reference_temperature = '1 K'\n"),
+        ["material.al6061: poissons_ratio needed from 1 K", "material.al6061: youngs_modulus needed from 1 K",
+         "material.al6061: expansion needed from 1 K", "material.al6061: conductivity needed from 1 K",
+         "material.al6061: heat_capacity needed from 1 K"],
+    ),
     "heat of a telescope": (
         added(OUTER + TELESCOPE + "[thermal.part.tube]\nof = 'tubes.inner'\nmaterial = 'al6061'\nmass = 1\n[thermal.part.side]\nof = 'tubes.journal'\nmaterial = 'al6061'\nmass = 1\n"),
         [

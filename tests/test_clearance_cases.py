@@ -15,6 +15,7 @@ from coupling.casefile import from_text
 from coupling.contact_places import contact_groups
 from coupling.contact_tables import FRICTION_LAWS, Friction
 from coupling.descriptions import motion_description
+from coupling.heat_descriptions import heat_description
 from coupling.results import Results
 from coupling.scene import Scene
 from meshes.materials import library_material
@@ -190,6 +191,18 @@ def test_an_absent_length_means_planar_as_ever():
     text = text.replace('stiffness = "cylinder", ', "").replace('"0.05 mm"', "0")
     (pin,) = motion_description(from_text(text, Path())).joints
     assert (pin.length, pin.axial_clearance, pin.flange_radius) == (None, None, None)
+
+
+def test_both_sides_of_every_kind_take_part_in_the_heat():
+    text = EVERYTHING + "[thermal]\ninitial = '20 degC'\n"
+    for joint in ("pin", "ball", "rod", "slider"):
+        for side in ("journal", "bearing"):
+            text += f"[thermal.part.{joint}-{side}]\nof = '{joint}.{side}'\n"
+            text += "material = 'al6061'\nmass = 0.1\n"
+    parts = {part.name: part for part in heat_description(from_text(text, Path())).parts}
+    assert len(parts) == 8
+    assert_allclose(parts["ball.bearing"].position, [2, 0, 0])
+    assert_allclose(parts["slider.journal"].position, [0, 1, 0])
 
 
 def test_every_law_takes_every_key_that_belongs_to_it():
