@@ -151,7 +151,8 @@ def initial_state(
     a, lam, force = found
     response = system.respond(system.unknowns(q), _padded(system, v), coef)
     approach = np.zeros(len(response))
-    march.note_approach(system.program.contact_at, flat(coef), response, approach)
+    p = system.program
+    march.note_approach(p.contact_at, flat(coef), p.contact_mass, response, approach)
     size = system.n + system.m if control.scheme.kind == march.BDF2 else 0
     history = np.zeros((len(approach), HISTORIES))
     motion = Motion(t, q, v, a, lam, force, approach, history, np.zeros((2, size)), 0.0)

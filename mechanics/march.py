@@ -36,6 +36,7 @@ from mechanics.contact_laws import (
     SLOT,
     STEP,
     duration,
+    stored,
 )
 from mechanics.contact_laws import FRICTION as LAW_OF_FRICTION
 from mechanics.contact_laws import STICK as STICKING
@@ -114,6 +115,8 @@ VIOLENT = 0.1
 """Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
 DOUBLING_ERROR = 0.1
 """Part of the tolerance below which a local error allows twice the step, eight times the error."""
+PRESSED = 0.5
+"""Least approach speed, in that of an impact as deep; below one since masses are estimates [-]."""
 UNMEASURED = -1.0
 """Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
 PROJECTIONS = 4
@@ -1232,18 +1235,22 @@ def _catching(p, w):
 
 
 @njit(cache=True, error_model="numpy")
-def note_approach(contact_at, coef, response, approach):
+def note_approach(contact_at, coef, mass, response, approach):
     """Approach speed of each running impact: the largest since its onset; 0 once it is over.
 
     Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
-    are loaded anew without a separation. Once begun, an impact is over when the journal is
-    clearly apart, so that no flight is too short for its end to be located.
+    are loaded anew without a separation. It is never less than ``PRESSED`` of the speed at which
+    an impact would go as deep: pressing slowly is no impact, and what rates a contact at rest has
+    are rounding errors. Once begun, an impact is over when the journal is clearly apart, so that
+    no flight is too short for its end to be located.
     """
     for j in range(approach.size):
         gap, rate, near = response[j, DEPTH], response[j, DEPTH_RATE], abs(response[j, GAP])
         closing = rate > 0.0 or approach[j] != 0.0
         if gap > 0.0 or (gap > -LANDING * near and closing):
-            largest = max(approach[j], rate, coef[contact_at[j] + APPROACH])
+            row = coef[contact_at[j] : contact_at[j] + SLOT]
+            largest = max(approach[j], rate, row[APPROACH])
+            largest = max(largest, PRESSED * sqrt(2.0 * stored(gap, row) / mass[j]))
             approach[j] = largest if largest > 0.0 else UNMEASURED
         else:
             approach[j] = 0.0
@@ -1444,7 +1451,8 @@ def take(p, w, h, old):
     response = _looked(p, w, new)[3]
     if p.ints[2]:
         _remember(p, w)
-        note_approach(_whole(p, P_CONTACT_AT), coef, response, _real(w, APPROACH0))
+        mass = _real(p, P_CONTACT_MASS)
+        note_approach(_whole(p, P_CONTACT_AT), coef, mass, response, _real(w, APPROACH0))
         _get_ready(p, w, response)
     w.whole[2] += 1
     _next_rung(p, w, response, _real(w, TRIED)[3])
