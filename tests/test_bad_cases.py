@@ -351,7 +351,12 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     # ---- contact and friction
     "cylinder law without a length": (
-        changed(("{ restitution = 0.9 }", "{ stiffness = 'cylinder', value = 1e9, restitution = 0.001 }")),
+        changed(
+            (
+                "{ restitution = 0.9 }",
+                "{ stiffness = 'cylinder', value = 1e9, restitution = 0.001 }",
+            )
+        ),
         [
             "joint.hinge.contact.value: does not go with 'cylinder'",
             "joint.hinge.contact.restitution: must be at least 0.01 with dissipation 'exact', got 0.001",
@@ -363,10 +368,17 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "mistyped stiffness": (
         changed(("{ restitution = 0.9 }", "{ stiffness = 'cilinder' }")),
-        ["joint.hinge.contact.stiffness: expected 'hertz-external', 'hertz-internal', 'cylinder' or 'linear', got 'cilinder'; did you mean 'cylinder'?"],
+        [
+            "joint.hinge.contact.stiffness: expected 'hertz-external', 'hertz-internal', 'cylinder' or 'linear', got 'cilinder'; did you mean 'cylinder'?"
+        ],
     ),
     "flanges of a planar joint": (
-        changed(("axis = [0, 0, 1]", "axis = [0, 0, 1]\naxial_clearance = '1 mm'\nflange_radius = '9 mm'")),
+        changed(
+            (
+                "axis = [0, 0, 1]",
+                "axis = [0, 0, 1]\naxial_clearance = '1 mm'\nflange_radius = '9 mm'",
+            )
+        ),
         [
             "joint.hinge.axial_clearance: needs a length; without one the pin is held",
             "joint.hinge.flange_radius: must exceed the radius of the bore, 0.0101 m",
@@ -378,10 +390,17 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "friction law of another language": (
         changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'lu-gre' }")),
-        ["joint.hinge.friction.law: expected 'regularised', 'stick', 'stribeck', 'lugre' or 'rising', got 'lu-gre'; did you mean 'lugre'?"],
+        [
+            "joint.hinge.friction.law: expected 'regularised', 'stick', 'stribeck', 'lugre' or 'rising', got 'lu-gre'; did you mean 'lugre'?"
+        ],
     ),
     "keys of other friction laws": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, static_coefficient = 0.2, presliding = '1 um', rise_rate = 0.5, viscous = 1 }")),
+        changed(
+            (
+                "{ coefficient = 0.1 }",
+                "{ coefficient = 0.1, static_coefficient = 0.2, presliding = '1 um', rise_rate = 0.5, viscous = 1 }",
+            )
+        ),
         [
             "joint.hinge.friction.static_coefficient: belongs to law = 'stick', 'stribeck', 'lugre' or 'rising', and this one is 'regularised'",
             "joint.hinge.friction.presliding: belongs to law = 'stick', 'lugre' or 'rising'",
@@ -390,34 +409,60 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         ],
     ),
     "keys of regularised laws with true stick": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'stick', regularisation_speed = '1 mm/s', stribeck_speed = '1 mm/s' }")),
+        changed(
+            (
+                "{ coefficient = 0.1 }",
+                "{ coefficient = 0.1, law = 'stick', regularisation_speed = '1 mm/s', stribeck_speed = '1 mm/s' }",
+            )
+        ),
         [
             "joint.hinge.friction.regularisation_speed: belongs to law = 'regularised' or 'stribeck', and this one is 'stick'",
             "joint.hinge.friction.stribeck_speed: belongs to law = 'stribeck' or 'lugre'",
         ],
     ),
     "static below kinetic": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, static_coefficient = 0.05, law = 'stick' }")),
-        ["joint.hinge.friction.static_coefficient: must not be below the kinetic coefficient, 0.1, got 0.05"],
+        changed(
+            (
+                "{ coefficient = 0.1 }",
+                "{ coefficient = 0.1, static_coefficient = 0.05, law = 'stick' }",
+            )
+        ),
+        [
+            "joint.hinge.friction.static_coefficient: must not be below the kinetic coefficient, 0.1, got 0.05"
+        ],
     ),
     "laws between two coefficients with one": (
         changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'rising' }")),
         ["joint.hinge.friction.static_coefficient: missing (law = 'rising' goes between the two)"],
     ),
     "stribeck speed without a fall": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, law = 'lugre', stribeck_speed = '1 mm/s' }")),
+        changed(
+            (
+                "{ coefficient = 0.1 }",
+                "{ coefficient = 0.1, law = 'lugre', stribeck_speed = '1 mm/s' }",
+            )
+        ),
         ["joint.hinge.friction.stribeck_speed: needs a static_coefficient"],
     ),
     "bristles that bear nothing": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0, law = 'stick', presliding = '-1 um' }")),
+        changed(
+            ("{ coefficient = 0.1 }", "{ coefficient = 0, law = 'stick', presliding = '-1 um' }")
+        ),
         ["joint.hinge.friction.presliding: expected a length above 0 m"],
     ),
     "stick without friction": (
         changed(("{ coefficient = 0.1 }", "{ coefficient = 0, law = 'stick' }")),
-        ["joint.hinge.friction.coefficient: must be above 0 with law = 'stick'; without friction leave out"],
+        [
+            "joint.hinge.friction.coefficient: must be above 0 with law = 'stick'; without friction leave out"
+        ],
     ),
     "friction table": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, temperature_slope = 1e-3, reference_temperature = 300, table = [[300, 1], [200, 2]] }")),
+        changed(
+            (
+                "{ coefficient = 0.1 }",
+                "{ coefficient = 0.1, temperature_slope = 1e-3, reference_temperature = 300, table = [[300, 1], [200, 2]] }",
+            )
+        ),
         [
             "joint.hinge.friction.table: the temperatures must increase",
             "joint.hinge.friction.temperature_slope: does not go with a table",
@@ -425,7 +470,12 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         ],
     ),
     "friction table with odd rows": (
-        changed(("{ coefficient = 0.1 }", "{ coefficient = 0.1, table = [[300], ['1 s', 2], [300, -1]] }")),
+        changed(
+            (
+                "{ coefficient = 0.1 }",
+                "{ coefficient = 0.1, table = [[300], ['1 s', 2], [300, -1]] }",
+            )
+        ),
         [
             "joint.hinge.friction.table[0]: expected a pair",
             "joint.hinge.friction.table[1][0]: expected a temperature",
@@ -445,10 +495,15 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "ball outside its socket": (
         added(BALL + "bearing = { body = 'ground', position = [2, '1 mm', 0] }\n"),
-        ["joint.socket.journal: starts 0.001 m off the centre of the bearing, more than the clearance, 1e-06 m"],
+        [
+            "joint.socket.journal: starts 0.001 m off the centre of the bearing, more than the clearance, 1e-06 m"
+        ],
     ),
     "socket of unknown material in a particle": (
-        added(BALL.replace("bearing_material = 'al6061'", "bearing_material = 'all6061'") + "bearing = { body = 'ball' }\n"),
+        added(
+            BALL.replace("bearing_material = 'al6061'", "bearing_material = 'all6061'")
+            + "bearing = { body = 'ball' }\n"
+        ),
         [
             "joint.socket.bearing_material: there is no material 'all6061'; did you mean 'al6061'",
             "joint.socket.bearing.body: 'ball' is a particle: it has no orientation",
@@ -456,18 +511,28 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "rod beside its bush": (
         added(ROD + "bearing = { body = 'ground', position = [3, '1 mm', 0] }\n"),
-        ["joint.rod.journal: starts 0.001 m off the centre of the bearing across the axis, more than the clearance, 0.0001 m"],
+        [
+            "joint.rod.journal: starts 0.001 m off the centre of the bearing across the axis, more than the clearance, 0.0001 m"
+        ],
     ),
     "rod without a length, of a particle": (
-        added(ROD.replace("length = '5 cm'", "").replace("body = 'boom', at = 'end'", "body = 'ball'")),
+        added(
+            ROD.replace("length = '5 cm'", "").replace("body = 'boom', at = 'end'", "body = 'ball'")
+        ),
         ["joint.rod.length: missing (of the bush"],
     ),
     "rod of a particle": (
         added(ROD.replace("body = 'boom', at = 'end'", "body = 'ball'")),
-        ["joint.rod.journal.body: 'ball' is a particle: it has no orientation and cannot be held by a clearance_cylindrical"],
+        [
+            "joint.rod.journal.body: 'ball' is a particle: it has no orientation and cannot be held by a clearance_cylindrical"
+        ],
     ),
     "slider in a skew guide": (
-        added(SLIDER.replace("normal = [0, 1, 0]", "normal = [1, 1, 0]").replace("clearance = '0.1 mm'", "clearance = '1 cm'")),
+        added(
+            SLIDER.replace("normal = [0, 1, 0]", "normal = [1, 1, 0]").replace(
+                "clearance = '0.1 mm'", "clearance = '1 cm'"
+            )
+        ),
         [
             "joint.slider.normal: must be at right angles to axis; the cosine is 0.707",
             "joint.slider.clearance: must be below half of the height, 0.01 m",
@@ -486,12 +551,24 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         ["joint.slider.corner_radius: is not used: contact.value is given"],
     ),
     "slider outside its guide": (
-        added(SLIDER + "corner_radius = '1 mm'\nbearing = { body = 'ground', position = [2, '1 mm', 0] }\n"),
-        ["joint.slider.journal: starts 0.001 m off the centre of the bearing along the normal, more than the clearance, 0.0001 m"],
+        added(
+            SLIDER
+            + "corner_radius = '1 mm'\nbearing = { body = 'ground', position = [2, '1 mm', 0] }\n"
+        ),
+        [
+            "joint.slider.journal: starts 0.001 m off the centre of the bearing along the normal, more than the clearance, 0.0001 m"
+        ],
     ),
     "pin beyond its flange": (
-        changed(("axis = [0, 0, 1]", "axis = [0, 0, 1]\nlength = '2 cm'\naxial_clearance = '0.1 mm'\nbearing = { body = 'ground', position = [0, 0, '1 mm'] }")),
-        ["joint.hinge.journal: starts 0.001 m off the centre of the bearing along the axis, more than the clearance, 0.0001 m"],
+        changed(
+            (
+                "axis = [0, 0, 1]",
+                "axis = [0, 0, 1]\nlength = '2 cm'\naxial_clearance = '0.1 mm'\nbearing = { body = 'ground', position = [0, 0, '1 mm'] }",
+            )
+        ),
+        [
+            "joint.hinge.journal: starts 0.001 m off the centre of the bearing along the axis, more than the clearance, 0.0001 m"
+        ],
     ),
     "telescope of one tube": (
         added(TELESCOPE.replace("'outer'", "'boom'") + "contact = { stiffness = 'cylinder' }\n"),
@@ -514,16 +591,26 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     ),
     "telescope with its mouth at the wrong end": (
         added(OUTER + TELESCOPE + "mouth = 'start'\n"),
-        ["joint.tubes.mouth: is 1 m away from the axis of 'boom', more than the radius, 0.0215 m; did you mean the other end?"],
+        [
+            "joint.tubes.mouth: is 1 m away from the axis of 'boom', more than the radius, 0.0215 m; did you mean the other end?"
+        ],
     ),
     "telescope colder than the data of its tubes": (
         added(OUTER + TELESCOPE + "reference_temperature = '1 K'\n"),
-        ["material.al6061: poissons_ratio needed from 1 K", "material.al6061: youngs_modulus needed from 1 K",
-         "material.al6061: expansion needed from 1 K", "material.al6061: conductivity needed from 1 K",
-         "material.al6061: heat_capacity needed from 1 K"],
+        [
+            "material.al6061: poissons_ratio needed from 1 K",
+            "material.al6061: youngs_modulus needed from 1 K",
+            "material.al6061: expansion needed from 1 K",
+            "material.al6061: conductivity needed from 1 K",
+            "material.al6061: heat_capacity needed from 1 K",
+        ],
     ),
     "heat of a telescope": (
-        added(OUTER + TELESCOPE + "[thermal.part.tube]\nof = 'tubes.inner'\nmaterial = 'al6061'\nmass = 1\n[thermal.part.side]\nof = 'tubes.journal'\nmaterial = 'al6061'\nmass = 1\n"),
+        added(
+            OUTER
+            + TELESCOPE
+            + "[thermal.part.tube]\nof = 'tubes.inner'\nmaterial = 'al6061'\nmass = 1\n[thermal.part.side]\nof = 'tubes.journal'\nmaterial = 'al6061'\nmass = 1\n"
+        ),
         [
             "thermal.part.tube.of: expected 'JOINT.journal' or 'JOINT.bearing', got 'tubes.inner'",
             "thermal.part.side.of: joint.tubes is a telescope: it has no journal",

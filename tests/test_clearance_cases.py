@@ -311,3 +311,19 @@ def test_totals_of_the_windows_are_those_of_events_and_ledger(hanging):
     for number, contact in enumerate(contact_groups(hanging)["pin"]):
         peak = hanging[f"joints/{contact}/normal_force"].max()
         assert totals["peak_force"][:, number].max() == peak
+
+
+def test_a_longer_run_goes_on_with_the_history_of_friction(hanging, tmp_path):
+    """Bit for bit: bristles, approach speeds, rows, events and totals of each window."""
+    begun = from_text(HANGING.replace('"12 ms"', '"6 ms"'), tmp_path)
+    assert simulation.run(begun, tmp_path).code == 0
+    assert simulation.run(from_text(HANGING, tmp_path), tmp_path, resume=True).code == 0
+    resumed = Results.open(tmp_path / "001")
+    for group in ("events", "contacts", *(f"joints/{name}" for name in hanging.names("joints"))):
+        whole = hanging.table(group)
+        for name, values in resumed.table(group).items():
+            assert np.array_equal(values, whole[name]), f"{group}/{name}"
+    history = hanging.read_state()["coupled"]["motion"]["motion"]["history"]
+    assert history.any()
+    again = resumed.read_state()["coupled"]["motion"]["motion"]["history"]
+    assert np.array_equal(history, again)
