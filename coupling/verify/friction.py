@@ -4,6 +4,7 @@ A block is the slider of a guide: a point mass that two of its corners press on 
 the wall where it is at rest under its load. All motion is along x then.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -171,12 +172,10 @@ def rising_friction() -> list[Check]:
     """The force at which a block breaks away after resting; it grows by 1 N/s."""
     law = Friction(0.0623, law="rising", static_coefficient=0.0859, presliding=1e-6,
                    bristle_damping=DAMPED)  # fmt: skip
+    bound = partial(rising_coefficient, kinetic=0.0623, static=0.0859, rate=0.570, exponent=0.629)
     checks = []
     for wait in (1.365, 9.2, 27.7):
-        expected = brentq(
-            lambda t, wait=wait: t - wait - 10.0 * rising_coefficient(t, 0.0623, 0.0859, 0.570, 0.629),
-            wait, wait + 1.0,
-        )  # fmt: skip
+        expected = brentq(lambda t, wait=wait: t - wait - 10.0 * bound(t), wait, wait + 1.0)
         push = Force("push", Site("block"), X, lambda t, wait=wait: max(0.0, t - wait))
         press = Force("press", Site("block"), -Y, lambda t: 10.0)
         made = Block(1.0, 10.0, travel=still).on_wall(law, (), (push, press))
