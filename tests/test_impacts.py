@@ -330,5 +330,5 @@ def test_a_spinning_pin_that_tumbles_touches_at_both_edges():
     np.testing.assert_allclose(e1, -e2, atol=1e-2 * CLEARANCE)
     assert path.t[touching[0]] == pytest.approx(CLEARANCE / B / 4.0, rel=0.1)
     energy = kinetic(made, path) + path.ledger[:, CONTACT_ELASTIC]
-    assert energy.max() < (1.0 + 1e-7) * energy[0] and energy[-1] < 0.999 * energy[0]
+    assert energy.max() < (1.0 + 1e-5) * energy[0] and energy[-1] < 0.999 * energy[0]
     assert path.ledger[-1, RUBBED] > 0.0 and path.ledger[-1, HYSTERESIS] > 0.0
