@@ -94,9 +94,10 @@ TERMS = 11
 
 REFRESH = 0.5
 """A contraction of the Newton corrections above this calls for a new Jacobian [-]."""
-ACCELERATION = 1e-6
+ACCELERATION, LOOSENESS = 1e-6, 1e6
 """Part of the accelerations that may remain uncorrected: since a correction of q divided by B is
-one of a, this keeps forces and multipliers converged when steps are short [-]."""
+one of a, this keeps forces and multipliers converged when steps are short [-]; it is so many times
+the tolerance of the coordinates where that is more."""
 ROUND_OFF = 8.0 * 2.220446049250313e-16
 """Corrections below this part of the coordinates mean nothing [-]."""
 STALLED = 16.0
@@ -927,11 +928,12 @@ def _newton(p, w, h):
     n, trusted, floor = _real(w, A1_).size, _trusted(w, h), _floor(p, w)
     _begin(w, h)
     before, contraction, worst = np.inf, trusted, 0
+    part = max(ACCELERATION, LOOSENESS * s[NEWTON])
     for count in range(1, int(s[ITERATIONS]) + 2):
         _residual(p, w, h)
         _solve(p, w)
         size, moved, worst = _size_of_correction(p, w)
-        tolerance = max(floor, min(s[NEWTON], ACCELERATION * B * moved))
+        tolerance = max(floor, min(s[NEWTON], part * B * moved))
         if not np.isfinite(size):
             return INFINITE, count, _first_infinite(_real(w, TOTAL), worst)
         if count > 1:
