@@ -107,7 +107,7 @@ def test_every_term_is_at_work_in_the_scene_that_closes():
 def test_numerical_loss_falls_with_the_step():
     """A wrong sign or a forgotten work would stay, in the line of the numerical loss."""
     made, warm = everything()
-    coarse, fine = (run(made, fixed(h), 0.05, heated=warm)[1] for h in (1e-3, 1e-4))
+    coarse, fine = (run(made, fixed(h), 0.05, heated=warm)[1] for h in (1e-3, 5e-5))
     fine = terms(fine)
     assert abs(fine["numerical"]) < 0.1 * abs(terms(coarse)["numerical"])
     others = (fine[name] for name in ("hysteresis", "damping", "work_thermal"))
@@ -259,7 +259,7 @@ def test_hysteresis_of_one_impact():
     """m v^2 (1 - e^2)/2 with the speed after the impact from the state; no friction."""
     ball = Particle("ball", np.zeros(3), 2.0, 0.05 * X)
     made = model(ball, [bore(NormalContact(restitution=0.7))])
-    _, end, lost = run(made, Control(1e-5, 1e-2, 1e-12), 0.03)
+    _, end, lost = run(made, Control(1e-7, 1e-2, 1e-12), 0.03)
     row, after = terms(end), end.motion.v[0]
     assert -0.05 < after < -0.03
     assert row["contact_elastic"] == 0.0

@@ -6,6 +6,7 @@ import pytest
 from coupling.verify.contact import AXIS, X, ball, joint
 from coupling.verify.models import ROOM, elastic, model
 from coupling.verify.motion import run
+from mechanics.contact import elastic_impact
 from mechanics.description import ClearanceRevolute, NormalContact, Particle, Site
 from mechanics.dynamics import Control
 from mechanics.march import DEPTH, DISSIPATIVE, ELASTIC
@@ -146,12 +147,17 @@ def pair(second):
 @pytest.mark.parametrize("second", [1.0, 1.0 - 1e-9, 0.99999, 0.9, 0.2])
 @pytest.mark.parametrize("steps", [0.1, 4.7])
 def test_two_joints(second, steps):
-    """Both onsets are located, at one instant or not; neither impact changes the other."""
+    """Both onsets are located, at one instant or not; neither impact changes the other.
+
+    One that begins while the other is resolved is known to such a short step.
+    """
     flight = CLEARANCE / 0.1
+    resolved = float(elastic_impact(MASS, STIFFNESS, 0.1).duration) / 32.0
     path = run(pair(second), 1.1 * flight / second, Control(1e-6, flight / steps, 1e-20))
     for which, factor in enumerate((1.0, second)):
         k = onset(path, which)
-        assert path.t[k] == pytest.approx(flight / factor, rel=1.01e-6)
+        near = resolved if 0.0 < 1.0 - second < 1e-4 else 0.0
+        assert path.t[k] == pytest.approx(flight / factor, rel=1.01e-6, abs=near)
         assert path.approach[k, which] == pytest.approx(0.1 * factor, rel=1e-6)
         released = k + np.flatnonzero(path.approach[k:, which] == 0.0)[0]
         rebound = abs(path.v[released, 3 * which]) / (0.1 * factor)
