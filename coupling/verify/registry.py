@@ -16,7 +16,7 @@ GROUPS = {
 """Names under which several areas are solved."""
 AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic")
 MODULES = {
-    "contact": ("restitution", "impacts", "friction", "slider_crank"),
+    "contact": ("restitution", "impacts", "play", "friction", "slider_crank"),
 }
 """Modules of the areas that are not one of the same name."""
 
