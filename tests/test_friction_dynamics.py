@@ -19,6 +19,7 @@ from clearance_motions import (
     body,
     kinetic,
     law,
+    particle,
     steps,
 )
 
@@ -27,8 +28,10 @@ from coupling.verify.motion import run
 from mechanics.description import (
     ClearanceSpherical,
     Description,
+    Fixing,
     Force,
     Friction,
+    Guide,
     Prismatic,
     RigidBody,
     Site,
@@ -39,6 +42,7 @@ from mechanics.ledger import TERMS
 from mechanics.march import DEPTH, ELASTIC, STUCK
 from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
+from mechanics.statics import equilibrium
 
 G = 9.81
 STIFFNESS = 1e8
@@ -359,3 +363,22 @@ def test_a_seized_joint_stays_centred(kind, rubbing):
     assert np.abs(path.q[-1, :3]).max() < 0.1 * CLEARANCE
     assert np.abs(path.q[-1, :3] @ ways[0]) < 1e-6
     assert path.response[-1, :, DEPTH].max() > 0.0 and path.response[-1, :, ELASTIC].max() > 10.0
+
+
+@pytest.mark.parametrize("kind", ["spherical", "cylindrical", "translational"])
+def test_statics_of_a_seized_joint_under_a_load(kind):
+    """Held by the pressure all round: equilibrium with the load, next to the middle."""
+    make, ways = KINDS[kind]
+    joint = make(contact=law(0.5, 1e9))
+    load = Force("pull", joint.journal, 5.0 * ways[0], lambda t: 1.0)
+    along, turn = Guide("along", joint.journal, Z[None]), Fixing("turn", "body", 0, "e1", Y[None])
+    if kind == "spherical":
+        made = model([particle()], [joint], [load])
+    else:
+        made = model([body()], [joint, along, *([turn] if kind == "cylindrical" else [])], [load])
+    T = sections(made.system)
+    T[made.system.layout.point_index["j.journal"], 0] += 1200.0
+    hot = made.system.coefficients(T)
+    found = equilibrium(made.system, hot, hot, 4)
+    assert found.why == ""
+    assert 0.0 < found.q[:3] @ ways[0] < 1e-6
