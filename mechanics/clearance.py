@@ -26,7 +26,7 @@ from scipy.sparse import csr_array
 
 from mechanics import clearance_kernels as kernels
 from mechanics import contact
-from mechanics.clearance_kernels import BALL, RING, VERTEX
+from mechanics.clearance_kernels import BALL, CENTRE, RING, VERTEX
 from mechanics.contact_laws import CLEARANCE, CORE, FRICTION, LAW, RADIUS, SLOT
 from mechanics.description import (
     Clearance,
@@ -44,13 +44,16 @@ from mechanics.layout import Layout, Side
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-CENTRE = 1e-6
-"""Distance in clearances that the radius keeps at the centre, so that its direction is smooth
-there: ρ² = e·e + core² [-]."""
+SEIZED = 1.0 / 3.0
+"""Core of a joint without clearance, in its interference: the stiffness sideways is then that of
+two opposite contacts, 3 K |c|^1/2 by Hertz [-]."""
 FLANGE = 1.5
 """Radius of the flanges, in radii of the pin, where none is given [-]."""
 VERTICES = 3
 """Contact points around a flange: the least that carry a force and moments alike."""
+
+
+Round = ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical
 
 
 class Point(NamedTuple):
@@ -229,7 +232,7 @@ def bearing_axes(joint: Clearance, a: Side, b: Side) -> Array:
 # ----------------------------------------------------------------------------- contact points
 
 
-def _round(joint: Clearance, label: str, kind: int, height: float, ends: int) -> Point:
+def _round(joint: Round, label: str, kind: int, height: float, ends: int) -> Point:
     """A ring or a ball; ``ends`` of them carry the load of a joint."""
     c, R = joint.clearance, joint.radius
     length = getattr(joint, "length", None) or 0.0
@@ -340,7 +343,7 @@ def _lacking(joint: Clearance) -> str:
     flat = isinstance(joint, ClearanceTranslational)
     if stiffness == "cylinder" and (flat or getattr(joint, "length", None) is None):
         return "the law of a cylinder in a bore needs the length of the bore"
-    if flat and joint.corner_radius is None:
+    if flat and getattr(joint, "corner_radius", None) is None:
         return "corners need a radius or a stiffness"
     return ""
 
@@ -358,7 +361,7 @@ def _coefficients(joint: Clearance, point: Point, Tj: float, Tb: float) -> Array
     c[RADIUS] = point.radius * (1.0 + strain)
     c[LAW:FRICTION] = _normal(joint, point, Tj, Tb)
     c[FRICTION:CORE] = contact.friction_columns(joint.friction, 0.5 * (Tj + Tb))
-    c[CORE] = CENTRE * joint.clearance
+    c[CORE] = max(CENTRE * joint.clearance, -SEIZED * c[CLEARANCE])
     return c
 
 

@@ -37,6 +37,9 @@ RING, BALL, VERTEX = range(3)
 POINT = 8
 """Geometry of a contact point: kind; height of the end of the bore along b3, or the corner (3) in
 the triad of the journal; normal (3) and distance of the wall."""
+CENTRE = 1e-6
+"""Distance in clearances that the radius keeps at the centre, so that its direction is smooth
+there: ρ² = e·e + core² [-]."""
 _STEP = 1e-30  # of the imaginary parts
 
 
@@ -114,11 +117,19 @@ def _turning(z, w):
 
 
 @njit(cache=True, error_model="numpy")
-def _ring(point, c, z, w, tau, omega, r):
+def _seized(c):
+    """Core of a joint without clearance, else 0: where the joint presses all round, its depth in
+    the middle is −c, and it rubs on one side for all, since the middle has no direction."""
+    return c[CORE] if c[CLEARANCE] < 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _ring(point, c, z, w, tau, omega, r, rubbing):
     """A pin in the end of a bore: direction of −grad δ, lever there, lever of the rim.
 
     The axis of the pin crosses the plane of the end at e, and δ = |e| − c. That it slides through
-    the plane tilts the direction of the force, which is across the pin.
+    the plane tilts the direction of the force, which is across the pin. ``rubbing`` (3,) becomes
+    the normal of the plane of friction, of any length.
     """
     s = (point[1] - z[2]) / tau[2]
     arm = _scaled(s, tau)
@@ -126,29 +137,38 @@ def _ring(point, c, z, w, tau, omega, r):
     rho = np.sqrt(e0 * e0 + e1 * e1 + c[CORE] ** 2)
     n0, n1 = e0 / rho, e1 / rho
     n = (n0, n1, -(n0 * tau[0] + n1 * tau[1]) / tau[2])
+    f0 = e0 + _seized(c)
+    side = c[RADIUS] / np.sqrt(f0 * f0 + e1 * e1 + CENTRE**2 * c[CORE] ** 2)
+    rubbing[0], rubbing[1], rubbing[2] = f0, e1, -(f0 * tau[0] + e1 * tau[1]) / tau[2]
     velocity = _sum((w[0], w[1], w[2]), _cross(omega, arm))
     sliding = velocity[2] / tau[2]
     r[0], r[1], r[2] = e0, e1, 0.0 * e0
     r[3], r[4] = velocity[0] - sliding * tau[0], velocity[1] - sliding * tau[1]
     r[5] = 0.0 * e0
-    r[7], r[8], r[18], r[19] = rho - c[CLEARANCE], _dot(n, velocity), 0.0, point[1]
-    return n, arm, (arm[0] + c[RADIUS] * n0, arm[1] + c[RADIUS] * n1, arm[2])
+    r[7], r[8] = rho - _seized(c) - c[CLEARANCE], _dot(n, velocity)
+    r[18], r[19] = 0.0, point[1]
+    return n, arm, (arm[0] + side * f0, arm[1] + side * e1, arm[2])
 
 
 @njit(cache=True, error_model="numpy")
-def _ball(c, z, w, r):
+def _ball(c, z, w, r, rubbing):
     """A ball in a socket, as ``_ring``."""
     y = z[0], z[1], z[2]
     rho = np.sqrt(_dot(y, y) + c[CORE] ** 2)
     n = _scaled(1.0 / rho, y)
+    at = (y[0] + _seized(c), y[1], y[2])
     for i in range(6):
         r[i] = z[i] if i < 3 else w[i - 3]
-    r[7], r[8], r[18], r[19] = rho - c[CLEARANCE], _dot(n, (w[0], w[1], w[2])), 0.0, 0.0
-    return n, (0.0 * n[0], 0.0 * n[1], 0.0 * n[2]), _scaled(c[RADIUS], n)
+    for i in range(3):
+        rubbing[i] = at[i]
+    r[7], r[8] = rho - _seized(c) - c[CLEARANCE], _dot(n, (w[0], w[1], w[2]))
+    r[18], r[19] = 0.0, 0.0
+    side = c[RADIUS] / np.sqrt(_dot(at, at) + CENTRE**2 * c[CORE] ** 2)
+    return n, (0.0 * n[0], 0.0 * n[1], 0.0 * n[2]), _scaled(side, at)
 
 
 @njit(cache=True, error_model="numpy")
-def _vertex(point, c, z, w, tau, side, omega, r):
+def _vertex(point, c, z, w, tau, side, omega, r, rubbing):
     """A corner of the journal at a wall of the bearing, as ``_ring``."""
     first = _scaled(1.0 / np.sqrt(_dot(side, side)), side)
     arm = _sum(_scaled(point[1], first), _scaled(point[2], _cross(tau, first)))
@@ -158,6 +178,8 @@ def _vertex(point, c, z, w, tau, side, omega, r):
     velocity = _sum((w[0], w[1], w[2]), _cross(omega, arm))
     for i in range(6):
         r[i] = 0.0 * tau[0]
+    for i in range(3):
+        rubbing[i] = n[i]
     r[0], r[3] = _dot(n, at) - point[7], _dot(n, velocity)
     r[7], r[8], r[18], r[19] = r[0] - c[CLEARANCE], r[3], 1.0, at[2]
     return n, arm, arm
@@ -171,16 +193,13 @@ def _point(point, c, z, w, r, phi, V, n, T, new):
     """
     tau, side, g, omega = _turning(z, w)
     if point[0] == RING:
-        along, arm, rim = _ring(point, c, z, w, tau, omega, r)
+        along, arm, rim = _ring(point, c, z, w, tau, omega, r, n)
     elif point[0] == BALL:
-        along, arm, rim = _ball(c, z, w, r)
+        along, arm, rim = _ball(c, z, w, r, n)
     else:
-        along, arm, rim = _vertex(point, c, z, w, tau, side, omega, r)
-    square = _dot(along, along)
-    if point[0] != VERTEX:  # in the middle a round gap has no direction, nor has the friction there
-        square = square + (c[CORE] / (r[7] + c[CLEARANCE])) ** 2
-    size = np.sqrt(square)
-    n[0], n[1], n[2] = along[0] / size, along[1] / size, along[2] / size
+        along, arm, rim = _vertex(point, c, z, w, tau, side, omega, r, n)
+    size = np.sqrt(_dot(n, n) + CENTRE**2 * c[CORE] ** 2)
+    n[0], n[1], n[2] = n[0] / size, n[1] / size, n[2] / size
     velocity = _sum((w[0], w[1], w[2]), _cross(omega, rim))
     away = _dot(velocity, n)
     V[0], V[1], V[2] = (
