@@ -1,7 +1,8 @@
 """Functions of time as data: every history is a frozen record that can be called.
 
 ``history(t)`` is a float in SI units at time t [s]; ``history.bounds(end)`` holds all its values
-between 0 and ``end``.
+between 0 and ``end``. What begins at t = 0 with a slope has that slope there already, and is
+continued before: a crank that is to turn steadily from the start is not at rest first.
 """
 
 from bisect import bisect_right
@@ -43,11 +44,11 @@ class Table:
     values: tuple[float, ...]
 
     def __call__(self, t: float) -> float:
-        if t <= self.times[0]:
-            return self.values[0]
         if t >= self.times[-1]:
             return self.values[-1]
-        i = bisect_right(self.times, t)
+        if t <= self.times[0] and self.times[0] > 0.0:
+            return self.values[0]
+        i = max(bisect_right(self.times, t), 1)
         x = (t - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
         return (1.0 - x) * self.values[i - 1] + x * self.values[i]
 
@@ -66,7 +67,9 @@ class Ramp:
     last: float
 
     def __call__(self, t: float) -> float:
-        x = min(max((t - self.start) / (self.end - self.start), 0.0), 1.0)
+        x = min((t - self.start) / (self.end - self.start), 1.0)
+        if self.start > 0.0:
+            x = max(x, 0.0)
         return (1.0 - x) * self.first + x * self.last
 
     def bounds(self, end: float) -> tuple[float, float]:

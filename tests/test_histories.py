@@ -26,7 +26,7 @@ def test_constant():
     assert Constant(5.0)(-1.0) == Constant(5.0)(1e9) == 5.0
 
 
-@given(st.floats(-1.0, 6.0))
+@given(st.floats(0.0, 6.0))
 def test_table_is_what_numpy_interpolates(t):
     times, values = (0.0, 1.0, 4.0, 4.5), (1.0, 7.0, -2.0, 0.0)
     assert Table(times, values)(t) == pytest.approx(np.interp(t, times, values), abs=1e-12)
@@ -40,6 +40,17 @@ def test_table_hits_its_points():
 def test_ramp():
     ramp = Ramp(1.0, 3.0, 10.0, 20.0)
     assert [ramp(t) for t in (0.0, 1.0, 1.5, 3.0, 99.0)] == [10.0, 10.0, 12.5, 20.0, 20.0]
+
+
+@pytest.mark.parametrize(
+    "history", [Ramp(0.0, 2.0, 1.0, 7.0), Table((0.0, 2.0, 3.0), (1.0, 7.0, 0.0))]
+)
+def test_what_begins_with_a_slope_has_it_at_once(history):
+    assert [history(t) for t in (-0.5, 0.0, 0.5)] == [-0.5, 1.0, 2.5]
+
+
+def test_what_begins_later_rests_before():
+    assert Ramp(1.0, 3.0, 10.0, 20.0)(-1.0) == Table((1.0, 3.0), (10.0, 20.0))(-1.0) == 10.0
 
 
 def test_step_acts_from_its_time_on():
