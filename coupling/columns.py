@@ -83,7 +83,8 @@ STANDARD: dict[str, dict[str, Column]] = {
         "shares": Column(
             "", "of the window, of each contact, in free flight, impact, slip, stick", np.float32
         ),
-        "friction_work": Column("J", "of each contact in the window, by the trapezoidal rule"),
+        "friction_work": Column("J", "of each contact in the window"),
+        "hysteresis": Column("J", "lost in the normal direction of each contact in the window"),
     },
     "events": {
         "time": Column("s", "when a contact began or ended"),

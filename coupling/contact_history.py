@@ -55,28 +55,30 @@ class Events(NamedTuple):
 
 
 def events(steps: Steps) -> Events:
-    """Onsets are located by the integrator; releases between two steps, by cubic interpolation."""
+    """Onsets and releases, located where a cubic through both ends of a step passes zero.
+
+    The integrator ends long steps where an impact begins; short ones contain it.
+    """
     runs = steps.approach != 0.0
     row, contact = np.nonzero(runs[1:] != runs[:-1])
     begins = runs[row + 1, contact]
-    time, speed = _released(steps, row, contact)
-    time = np.where(begins, steps.times[row + 1], time)
-    speed = np.where(begins, steps.approach[row + 1, contact], speed)
+    time, rate = _passing(steps, row, contact, np.where(begins, -1.0, 1.0))
+    speed = np.where(begins, steps.approach[row + 1, contact], -rate)
     order = np.lexsort((contact, time))
     speed, kind = np.maximum(speed, 0.0), begins.astype(np.int8)
     return Events(time[order], contact[order], kind[order], speed[order], row[order])
 
 
-def _released(steps: Steps, row: Indices, contact: Indices) -> tuple[Array, Array]:
-    """Time [s] and speed of separation [m/s] where depth passes zero within the given steps.
+def _passing(steps: Steps, row: Indices, contact: Indices, sign: Array) -> tuple[Array, Array]:
+    """Time [s] and rate [m/s] where depth times sign falls through zero within the given steps.
 
     A depth that has passed before counts at the beginning of its step, one that does not pass at
     the end.
     """
     t0, t1 = steps.times[row], steps.times[row + 1]
-    d0, d1 = (steps.response[row + i, contact, march.DEPTH] for i in (0, 1))
+    d0, d1 = (sign * steps.response[row + i, contact, march.DEPTH] for i in (0, 1))
     h = t1 - t0
-    v0, v1 = (h * steps.response[row + i, contact, march.DEPTH_RATE] for i in (0, 1))
+    v0, v1 = (sign * h * steps.response[row + i, contact, march.DEPTH_RATE] for i in (0, 1))
     lower, upper = np.zeros(len(row)), np.ones(len(row))
     for _ in range(HALVINGS):
         s = 0.5 * (lower + upper)
@@ -85,7 +87,7 @@ def _released(steps: Steps, row: Indices, contact: Indices) -> tuple[Array, Arra
     s = np.where(d0 <= 0.0, 0.0, np.where(d1 > 0.0, 1.0, upper))
     slope = 6.0 * (d1 - d0) * s * (1.0 - s)
     slope += v0 * (1.0 - s) * (1.0 - 3.0 * s) + v1 * s * (3.0 * s - 2.0)
-    return t0 + s * h, -slope / h
+    return t0 + s * h, sign * slope / h
 
 
 def _cubic(s: Array, d0: Array, d1: Array, v0: Array, v1: Array) -> Array:
@@ -94,10 +96,13 @@ def _cubic(s: Array, d0: Array, d1: Array, v0: Array, v1: Array) -> Array:
     return r * r * ((1.0 + 2.0 * s) * d0 + s * v0) + s * s * ((1.0 + 2.0 * r) * d1 - r * v1)
 
 
-def summary(steps: Steps, regime: NDArray[np.int8], found: Events) -> dict[str, NDArray]:
+def summary(
+    steps: Steps, regime: NDArray[np.int8], found: Events, lost: Array
+) -> dict[str, NDArray]:
     """Counts and totals of a window, (n_c,) each.
 
     regime : (k, n_c)  of the steps, each of which it holds for
+    lost : (n_c, 2) float [J]  normal dissipation and frictional work
     """
     contacts = steps.approach.shape[1]
     sizes = np.diff(steps.times)
@@ -107,17 +112,9 @@ def summary(steps: Steps, regime: NDArray[np.int8], found: Events) -> dict[str, 
         "impacts": np.bincount(onsets, minlength=contacts),
         "peak_force": steps.force[1:].max(axis=0, initial=0.0),
         "shares": shares / sizes.sum(),
-        "friction_work": _work(steps, sizes),
+        "friction_work": lost[:, 1],
+        "hysteresis": lost[:, 0],
     }
-
-
-def _work(steps: Steps, sizes: Array) -> Array:
-    """(n_c,) float [J]  of friction, by the trapezoidal rule; the first step by its end."""
-    T = steps.response[1:, :, march.FRICTION : march.FRICTION + 3]
-    V = steps.response[1:, :, march.SLIP : march.SLIP + 3]
-    power = -np.sum(T * V, axis=2)
-    before = np.concatenate([power[:1], power[:-1]])
-    return sizes @ (0.5 * (power + before))
 
 
 def kept_rows(steps: Steps, found: Events, most: int | None) -> list[Indices]:

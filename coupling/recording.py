@@ -111,7 +111,7 @@ class Recording:
         self.recorder.append_many("events", {
             "time": found.time, "contact": found.contact, "kind": found.kind, "speed": found.speed,
         })  # fmt: skip
-        totals = summary(steps, regime, found)
+        totals = summary(steps, regime, found, self.substeps[-1].lost[-1])
         self.recorder.append("contacts", {"time": steps.times[-1], **totals})
         drive = np.concatenate([rows.drive for rows in self.substeps])
         for j, rows in enumerate(kept_rows(steps, found, self._most)):

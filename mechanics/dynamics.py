@@ -369,6 +369,7 @@ def _rows(system: System, w: march.Memory, count: int) -> Rows:
     shapes = (
         (march.ROW_T, (ROWS,)), (march.ROW_RESPONSE, (ROWS, joints, march.COLUMNS)),
         (march.ROW_APPROACH, (ROWS, joints)), (march.ROW_DRIVE, (ROWS, len(system.driven))),
+        (march.ROW_LOST, (ROWS, joints, 2)),
         (march.ROW_Y, (-1, size)), (march.ROW_V, (-1, size)), (march.ROW_LEDGER, (-1, march.TERMS)),
     )  # fmt: skip
     return Rows._make(march.field(w, name, *shape)[:count] for name, shape in shapes)

@@ -223,6 +223,7 @@ class Rows(NamedTuple):
 
     t : (k,) float [s];  response : (k, n_c, 20);  approach : (k, n_c) float [m/s]
     drive : (k, n_d) float  multipliers of the driven rows
+    lost : (k, n_c, 2) float [J]  normal dissipation and frictional work, since the window began
     y, v : (k, n + m);  ledger : (k, 11) float [J];  or none of these three
     """
 
@@ -230,6 +231,7 @@ class Rows(NamedTuple):
     response: Array
     approach: Array
     drive: Array
+    lost: Array
     y: Array
     v: Array
     ledger: Array
@@ -261,9 +263,11 @@ class Memory(NamedTuple):
  P_MASS_DATA, P_SCALE, P_CONTACT_MASS, P_LATCH_VALUE, P_LIMITS) = range(22)  # fmt: skip
 """Fields of a packed program."""
 (Y, V, A, FORCE0, BEFORE, APPROACH0, HISTORY0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
- ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_, FORCE1, Q_HAT,
- V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, SCRATCH, OTHER, THIRD, RATES,
- TRIED, JACOBIAN, READY, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(48)  # fmt: skip
+ ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_LOST, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_,
+ FORCE1, Q_HAT, V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, SCRATCH,
+ OTHER, THIRD, RATES, TRIED, JACOBIAN, READY, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(
+    49
+)  # fmt: skip
 """Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
 (names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``TRIED``: time,
 B, G, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see ``_look``. ``EARLIER``:
@@ -321,8 +325,8 @@ def memory(
     y, looks = n + m, 5 + 2 * n + joints * COLUMNS
     driven, some = len(program.driven), kept if full else 0
     given = [*carried[:-1], settings, *window]
-    rows = [kept, kept * joints * COLUMNS, kept * joints, kept * driven, some * y, some * y,
-            some * TERMS]  # fmt: skip
+    rows = [kept, kept * joints * COLUMNS, kept * joints, kept * driven, 2 * kept * joints,
+            some * y, some * y, some * TERMS]  # fmt: skip
     tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, JACOBIANS * factors]
     tried += [window.c0.size] * 3 + [program.signals.size]
     tried += [y, y, y, 3 * m, 4, JACOBIANS * KNOWN, 2 * joints, 2 * looks, 64 * 9, y, 3, n]
@@ -1524,6 +1528,7 @@ def _keep(p, w, count, new):
     for j in range(joints):
         _copy(response[j], _real(w, ROW_RESPONSE)[(at + j) * COLUMNS :])
     _copy(_real(w, APPROACH0), _real(w, ROW_APPROACH)[at:])
+    _copy(_real(w, LOST), _real(w, ROW_LOST)[2 * at :])
     for i in range(driven.size):
         _real(w, ROW_DRIVE)[count * driven.size + i] = y[p.ints[0] + driven[i]]
     if _real(w, ROW_Y).size:

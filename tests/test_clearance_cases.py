@@ -307,7 +307,7 @@ def test_totals_of_the_windows_are_those_of_events_and_ledger(hanging):
     onsets = np.bincount(found["contact"][found["kind"] == 1], minlength=8)
     assert totals["impacts"].sum(axis=0).tolist() == onsets.tolist()
     assert_allclose(totals["shares"].sum(axis=2), 1.0, rtol=1e-6)
-    assert totals["friction_work"].sum() == pytest.approx(hanging["ledger/friction"][-1], rel=0.02)
+    assert totals["friction_work"].sum() == pytest.approx(hanging["ledger/friction"][-1], rel=1e-9)
     for number, contact in enumerate(contact_groups(hanging)["pin"]):
         peak = hanging[f"joints/{contact}/normal_force"].max()
         assert totals["peak_force"][:, number].max() == peak
