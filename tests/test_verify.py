@@ -8,9 +8,23 @@ from rich.console import Console
 
 from coupling.errors import BadCase
 from coupling.verify import registry, table
-from coupling.verify.registry import AREAS, GROUPS, Check, Convergence, Problem, problem, problems
+from coupling.verify.registry import (
+    AREAS,
+    GROUPS,
+    Check,
+    Convergence,
+    Grid,
+    Problem,
+    problem,
+    problems,
+)
 
-SLOW = {"dynamics: flying spaghetti"}  # more than 5 s
+SLOW = {  # more than 5 s
+    "dynamics: flying spaghetti",
+    "contact: energy over ten thousand impacts",
+    "contact: restitution, each law at 1 mm/s to 10 m/s",
+    "contact: slider-crank with a loose slider",
+}
 
 
 def _title(p):
@@ -33,6 +47,8 @@ def test_problem(solved):
 def _said(result):
     if isinstance(result, Convergence):
         return f"{result.name}: order {result.order:.2f} instead of {result.theory}"
+    if isinstance(result, Grid):
+        return f"{result.name}: {dict(zip(result.rows, result.errors, strict=True))}"
     return f"{result.name}: {result.value} instead of {result.reference}, {result.error:.2g}"
 
 
@@ -106,6 +122,23 @@ def test_rows_without_an_order_never_pass(errors):
     assert not Convergence("rows", (1, 2, 4)[: len(errors)], errors, 2.0, 10.0).passed
 
 
+# -- grids -------------------------------------------------------------------------------------
+
+
+def _grid(values, tolerance=0.1):
+    return Grid("rebound", ("slow", "fast"), ("steel", "wood"), values, [[1, 2], [3, 4]], tolerance)
+
+
+def test_errors_of_a_grid_are_the_largest_of_each_row():
+    assert _grid([[1.01, 1.95], [3.0, 4.0]]).errors == pytest.approx([0.05, 0.0])
+
+
+@pytest.mark.parametrize("worst", [4.2, 3.8, nan, inf, -inf])
+def test_one_value_decides_about_a_grid(worst):
+    assert _grid([[1.0, 2.0], [3.0, 4.05]]).passed
+    assert not _grid([[1.0, 2.0], [3.0, worst]]).passed
+
+
 # -- registry ----------------------------------------------------------------------------------
 
 
@@ -168,6 +201,8 @@ def _broken():
         (lambda: [_convergence(2.0)], True, "2.00"),
         (lambda: [_convergence(1.0)], False, "-1.00"),
         (lambda: [Convergence("rows", (1, 2), (1.0, 0.0), 2.0, 0.1)], False, "-inf"),
+        (lambda: [_grid([[1.0, 2.0], [3.0, 4.05]])], True, "5.0e-02"),
+        (lambda: [_grid([[1.0, nan], [3.0, 4.0]])], False, "inf"),
         (lambda: [], False, "nothing was checked"),
         (_broken, False, "RuntimeError: no equilibrium"),
     ],
@@ -178,6 +213,8 @@ def _broken():
         "order",
         "wrong order",
         "none",
+        "grid",
+        "bad grid",
         "empty",
         "raises",
     ],

@@ -124,7 +124,9 @@ class _Driven:
 
     def checks(self, end: float, tolerance: float, numerical: float) -> list[Check]:
         control = Control(tolerance, 1e-3, 1e-16, Scheme(newton_tolerance=1e-15))
-        state, _ = initial_state(self.made.system, control, self.made.coef)
+        state, why = initial_state(self.made.system, control, self.made.coef)
+        if state is None:
+            raise RuntimeError(why)
         window = Window.between(self.made.system, 0.0, end, self.made.coef, None)
         state, _, why = advance(
             self.made.system, control, state, window, self.observe, full=True

@@ -24,6 +24,7 @@ from mechanics.description import (
     Force,
     Friction,
     Guide,
+    History,
     Joint,
     Load,
     NormalContact,
@@ -45,6 +46,11 @@ Array = NDArray[np.float64]
 
 ALUMINIUM = constant_material("aluminium", 2700.0, 69e9, 0.33, 23.1e-6, 167.0, 896.0)
 STAINLESS = constant_material("steel", 8000.0, 193e9, 0.29, 17e-6, 16.2, 500.0)
+
+
+def constant(value: float) -> History:
+    """A history that does not change."""
+    return lambda t: value
 
 
 def _at_rest(made: Model, steps: int = 10) -> tuple[Array, Array]:
@@ -88,7 +94,7 @@ def conforming() -> list[Check]:
             "bush", Site("rod"), Site(None), AXIS, radius, CLEARANCE, length, metal, metal, ROOM,
             NormalContact("cylinder"),
         )  # fmt: skip
-        push = Force("push", Site("rod"), X, lambda t, force=force: force)
+        push = Force("push", Site("rod"), X, constant(force))
         found = _pin([bush], [push], CLEARANCE + 1e-8)
         line = np.pi * modulus * length
         depth = force / line * (np.log(4.0 * line * CLEARANCE / force) - 1.0)

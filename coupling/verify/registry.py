@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 GROUPS = {
     "mechanics": (
@@ -114,8 +115,8 @@ class Grid:
     name: str
     columns: Sequence[str]
     rows: Sequence[str]
-    values: Sequence[Sequence[float]]
-    references: Sequence[Sequence[float]]
+    values: ArrayLike
+    references: ArrayLike
     tolerance: float
 
     @property

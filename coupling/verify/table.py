@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 
+import numpy as np
 from rich.console import Console
 from rich.text import Text
 
@@ -65,7 +66,7 @@ def _grid(grid: Grid) -> str:
         return f"  {name:<{GRID[0]}}" + "".join(f"{cell:>{GRID[1]}}" for cell in (*cells, last))
 
     lines = [line(grid.name, grid.columns, "error")]
-    for name, values, error in zip(grid.rows, grid.values, grid.errors, strict=True):
+    for name, values, error in zip(grid.rows, np.asarray(grid.values), grid.errors, strict=True):
         lines.append(line(name, [f"{value:.4f}" for value in values], f"{error:.1e}"))
     return "\n".join([*lines, f"  {'tolerance':<{GRID[0]}}{grid.tolerance:.1e}"])
 
