@@ -6,6 +6,7 @@ and what the compiled laws (``mechanics.contact_laws``) are told of a descriptio
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -170,6 +171,12 @@ def exact_factor(restitution: Value) -> Value:
     return np.where(e < 1.0, -np.expm1(-lower) / e, 0.0)[()]
 
 
+@lru_cache(maxsize=1024)
+def _known_factor(restitution: float) -> float:
+    """``exact_factor`` of one number: every coupling window asks for it again."""
+    return float(exact_factor(restitution))
+
+
 def _impact_balance(D: Array, z: Array, e: Array) -> Array:
     """D (1 + e) - ln(1 + D) - z over D², with z = -ln(1 - D e); as a series where D is small."""
     powers = np.arange(2, 24)[(...,) + (None,) * np.ndim(D)]
@@ -200,7 +207,7 @@ DISSIPATION: dict[str, Callable] = {
     "gonthier": lambda e: (1.0 - e**2) / e,
     "flores": lambda e: 1.6 * (1.0 - e) / e,
     "hu-guo": lambda e: 1.5 * (1.0 - e) / e,
-    "exact": exact_factor,
+    "exact": lambda e: exact_factor(e) if np.ndim(e) else _known_factor(float(e)),
 }
 """Factor D of restitution e: Hua et al. 2026; Hunt & Crossley 1975; Lankarani & Nikravesh 1990;
 Gonthier et al. 2004; Flores et al. 2011; Hu & Guo 2015; and what delivers e exactly."""
