@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from mechanics.contact_laws import (
     ACTIVE,
     APPROACH,
+    FACTOR,
     HISTORIES,
     HISTORY,
     LUGRE,
@@ -112,12 +113,16 @@ IMPACT_RESOLUTION, IMPACT_TOLERANCE, LEAST_RESOLUTION = 32.0, 1e-6, 6.0
 """Steps into which the estimated duration of an impact is divided at a tolerance, as which the
 error in restitution falls, since it falls with their square; and at least, below which an impact
 would gain energy [-]."""
+RELEASED, KEPT_LOSS = 1e3, 0.1
+"""Speed that the end of an impact inside a step may add, in that of separation: so many tolerances,
+and this part of the factor of hysteresis, which is about 3/2 of what is lost [-]."""
 VIOLENT = 0.1
 """Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
 DOUBLING_ERROR = 0.1
 """Part of the tolerance below which a local error allows twice the step, eight times the error."""
-PRESSED = 0.5
-"""Least approach speed, in that of an impact as deep; below one since masses are estimates [-]."""
+PRESSED = 0.05
+"""Least approach speed, in that of an impact as deep; far below one since the mass that meets is an
+estimate, often too small in a mechanism [-]."""
 UNMEASURED = -1.0
 """Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
 PROJECTIONS = 4
@@ -127,6 +132,8 @@ ENOUGH = 2
 TRUST = 32
 """Steps of one size in which a measured contraction of the corrections is relied upon, at most, and
 no more than had been taken with the same factors before [-]."""
+SUDDEN = 0.03
+"""Least contraction that is relied upon while contacts act [-]."""
 CAUTION = 4.0
 """By how much the contraction may have grown since [-]."""
 
@@ -851,10 +858,12 @@ def _residual(p, w, h):
 
 
 @_inner
-def _trusted(w, h):
+def _trusted(p, w, h):
     """The contraction of corrections with the factors there are; infinite if it is not known.
 
-    It grows with the age of the factors, from nothing when they are new.
+    It grows with the age of the factors, from nothing when they are new. A contact may begin to
+    stick or let go in any step, which no contraction of steps before tells: then only a correction
+    that is small itself is relied upon.
     """
     jacobian = _known(w)
     since = jacobian[AGE] - jacobian[MEASURED]
@@ -863,7 +872,11 @@ def _trusted(w, h):
         or abs(h / jacobian[MEASURED_FOR] - 1.0) > 1e-6
     ):
         return np.inf
-    return CAUTION * jacobian[CONTRACTION]
+    known, coef = CAUTION * jacobian[CONTRACTION], _acting(p, w)
+    for at_ in _whole(p, P_CONTACT_AT):
+        if coef[at_ + ACTIVE] != 0.0:
+            return max(known, SUDDEN)
+    return known
 
 
 @_inner
@@ -929,7 +942,7 @@ def _newton(p, w, h):
     Returns the reason (DONE: converged), the number of corrections, the worst unknown.
     """
     s, B, jacobian = _real(w, SETTINGS), _real(w, TRIED)[1], _known(w)
-    n, trusted, floor = _real(w, A1_).size, _trusted(w, h), _floor(p, w)
+    n, trusted, floor = _real(w, A1_).size, _trusted(p, w, h), _floor(p, w)
     _begin(w, h)
     before, contraction, worst = np.inf, trusted, 0
     part = max(ACCELERATION, LOOSENESS * s[NEWTON])
@@ -1185,8 +1198,32 @@ def _looked(p, w, which):
     return b[:5], b[5 : 5 + n], b[5 + n : contacts], b[contacts:].reshape((joints, COLUMNS))
 
 
+@_inner
+def _release(p, w, h, j, r0, r1):
+    """Fraction of the step at which a contact ends; -1 where that may stay inside the step.
+
+    The force at the beginning acts on as if it fell to zero over the whole step, when it has
+    already done so on the way. The speed that this adds must be small, and must not make up for
+    what the impact loses.
+    """
+    force = r0[ELASTIC] + r0[DISSIPATIVE]
+    if force <= 0.0 or r1[DEPTH] >= 0.0:
+        return -1.0
+    low, high = 0.0, 1.0
+    a, b, c, d = r0[DEPTH], h * r0[DEPTH_RATE] / 3.0, h * r1[DEPTH_RATE] / 3.0, r1[DEPTH]
+    for _ in range(40):
+        s = 0.5 * (low + high)
+        q = 1.0 - s
+        deep = q * q * (q * a + 3.0 * s * (a + b)) + s * s * (3.0 * q * (d - c) + s * d) > 0.0
+        low, high = (s, high) if deep else (low, s)
+    factor = _real(w, COEF)[_whole(p, P_CONTACT_AT)[j] + FACTOR]
+    allowed = min(RELEASED * _real(w, SETTINGS)[TOLERANCE], KEPT_LOSS * factor)
+    added = 0.5 * force * h * (1.0 - high) / _real(p, P_CONTACT_MASS)[j]
+    return high if added > allowed * abs(r1[DEPTH_RATE]) else -1.0
+
+
 def locate(p, w, h, old):
-    """Fraction of the step at which the first impact begins; -1: no onset inside.
+    """Fraction of the step at which the first impact begins or ends; -1: none inside.
 
     The response at the end of the step is kept for the balance there. Journals fly along cubics
     through both ends of the step. One whose control points lie inside the clearance stays there.
@@ -1197,9 +1234,12 @@ def locate(p, w, h, old):
     respond(p, _real(w, Y1_), _real(w, V1_), _real(w, COEF), response)
     started = _looked(p, w, old)[3]
     for j in range(joints):
-        if acting[at[j] + ACTIVE] != 0.0:
-            continue
         r0, r1 = started[j], response[j]
+        if acting[at[j] + ACTIVE] != 0.0:
+            part = _release(p, w, h, j, r0, r1)
+            if part > 0.0 and (first < 0.0 or part < first):
+                first = part
+            continue
         flat = r0[FLAT] != 0.0
         for k in range(3):
             path[0, k], path[1, k] = r0[PATH + k], r0[PATH + k] + h / 3.0 * r0[PATH_RATE + k]
@@ -1270,13 +1310,19 @@ def _rung_below(s, h):
 
 @_inner
 def _impact_rung(p, w, response):
-    """Rung that resolves the impacts in which penetration changes noticeably; 0 if none does."""
+    """Rung that resolves the impacts in which penetration changes noticeably; 0 if none does.
+
+    Noticeably is against the approach speed and against the speed of an impact as deep.
+    """
     s, approach, coef = _real(w, SETTINGS), _real(w, APPROACH0), _real(w, COEF)
     mass, contact_at, rung = _real(p, P_CONTACT_MASS), _whole(p, P_CONTACT_AT), 0
     for j in range(approach.size):
-        speed, at_ = approach[j], contact_at[j]
-        if speed != 0.0 and abs(response[j, DEPTH_RATE]) > VIOLENT * speed:
-            last = duration(mass[j], max(speed, 1e-9), coef[at_ : at_ + SLOT])
+        speed, row = approach[j], coef[contact_at[j] : contact_at[j] + SLOT]
+        if speed == 0.0:
+            continue
+        pressed = sqrt(2.0 * stored(response[j, DEPTH], row) / mass[j])
+        if abs(response[j, DEPTH_RATE]) > VIOLENT * max(speed, pressed):
+            last = duration(mass[j], max(speed, 1e-9), row)
             rung = max(rung, _rung_below(s, last / _impact_steps(s)))
     return rung
 
@@ -1286,7 +1332,7 @@ def _next_rung(p, w, response, error):
     """Steps that resolve running impacts; longer ones when the error has been small for long."""
     w.whole[1] += 1
     finest = _impact_rung(p, w, response)
-    if finest > w.whole[0]:
+    if finest > 0 and finest >= w.whole[0]:  # calm begins anew: turning points of impacts are short
         w.whole[0], w.whole[1] = finest, 0
     elif w.whole[0] > finest and w.whole[1] >= CALM and error < DOUBLING_ERROR:
         w.whole[0], w.whole[1] = w.whole[0] - 1, 0
