@@ -139,17 +139,18 @@ def draw_contact(results: Results, figure: "Figure", joint: str) -> None:
     labels = {name: label_of(results, name) for name in contacts}
     heading(results, figure, f"contact in {joint}")
     walls = [name for name in contacts if "towards_wall" in tables[name]]
-    panels, strips = len(PANELS) + bool(walls), len(contacts)
+    shown = [p for p in PANELS if p == PANELS[0] or any(t[p[0]].any() for t in tables.values())]
+    panels, strips = len(shown) + bool(walls), len(contacts)
     ratios = [3.0] + [2.2] * (panels - 1) + [0.8 if strips == 1 else 0.45] * strips
     axes = figure.subplots(panels + strips, 1, sharex=True, height_ratios=ratios)
     if walls:
         _draw_walls(axes[panels - 1], {name: tables[name] for name in walls}, labels)
-    for ax, (column, unit, color) in zip(axes, PANELS, strict=False):
-        factor, shown = scaled(np.concatenate([t[column] for t in tables.values()]), unit)
+    for ax, (column, unit, color) in zip(axes, shown, strict=False):
+        factor, prefixed = scaled(np.concatenate([t[column] for t in tables.values()]), unit)
         for name, table in tables.items():
             style = {"color": color} if strips == 1 else {"label": labels[name]}
             ax.plot(table["time"], factor * table[column], lw=0.8, **style)
-        ax.set_ylabel(f"[{shown}]")
+        ax.set_ylabel(f"[{prefixed}]")
         ax.set_title(column.replace("_", " "))
     if strips > 1:
         axes[0].legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), handlelength=1.4)

@@ -112,7 +112,7 @@ class Model:
         return 0.0 if solver is None else solver.energy(solver.initial())
 
     def probes(self, state: Coupled) -> dict[str, dict[str, Any]]:
-        """Position, velocity and temperature at each probe."""
+        """Position, velocity, acceleration and temperature at each probe."""
         motion, T = state.motion.motion, self.sections(state)
         return observables.probes(self.scene, self.layout, motion, T)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from coupling.places import place_of
 from coupling.scene import Scene
 from mechanics.description import Beam, RigidBody, Shell, Site
+from mechanics.dynamics import Motion
 from mechanics.layout import Layout, family_of
 from mechanics.system import Coefficients, System
 
@@ -23,23 +24,23 @@ SLOPES = ("r_u", "r_v", "r_uv")
 
 
 def probes(scene: Scene, layout: Layout, motion: Any, T: Array) -> dict[str, dict[str, Any]]:
-    """Position, velocity and temperature at each probe.
+    """Position, velocity, acceleration of a motion in time, and temperature at each probe.
 
     Parameters
     ----------
-    motion : has t, q, v
+    motion : has t, q, v, and a if it is one in time
     T : (m, 3) float [K, K/m, K/m]  section temperatures
     """
     rows: dict[str, dict[str, Any]] = {}
+    fields = {"position": motion.q, "velocity": motion.v}
+    if isinstance(motion, Motion):
+        fields["acceleration"] = motion.a
     for name, probe in scene.probe.items():
         node, fraction, offset = place_of(scene.shapes[probe.body], probe)
         side = layout.site(Site(probe.body, node, fraction=fraction, offset=offset))
         at = side.vectors[:, None] + np.arange(3)
-        rows[name] = {
-            "time": motion.t,
-            "position": side.weights[0] @ motion.q[at],
-            "velocity": side.weights[0] @ motion.v[at],
-        }
+        rows[name] = {"time": motion.t}
+        rows[name] |= {key: side.weights[0] @ values[at] for key, values in fields.items()}
         if probe.body in layout.point_index:
             points = T[layout.point_index[probe.body], 0]
             ends = points[node], points[min(node + 1, len(points) - 1)]

@@ -39,6 +39,8 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     bodies, times = read_bodies(results), results["frames/time"]
     frames = shown_frames(analysis_of(results), len(times))
     factor = enlargement(bodies, frames)
+    if factor == 1.0 and analysis_of(results) == "dynamics":
+        frames = told_apart(bodies, frames)
     drawn = [_enlarged(body, frames, factor) for body in bodies]
     owners = [body for body in drawn for _ in frames]
     shapes = [surface(body, frame) for body in drawn for frame in range(len(frames))]
@@ -54,7 +56,7 @@ def draw_overview(results: Results, figure: "Figure") -> None:
     paint(ax, camera, shapes, colouring)
     _mark_particles(ax, camera, drawn)
     _mark_joints(ax, camera, results, drawn)
-    if len(bodies) <= MOST_NAMES:
+    if len(bodies) <= MOST_NAMES and any(map(extent, bodies)):
         _label_frames(ax, camera, drawn, named(results, frames))
     _scale_bar(ax, factor, said(results, frames))
     if colouring:
@@ -74,12 +76,27 @@ def shown_frames(analysis: str, count: int) -> list[int]:
 
 def enlargement(bodies: list[Body], frames: list[int]) -> float:
     """1, or a round factor that makes displacements visible that are small to the scene."""
-    points = np.concatenate([body.position[frames] for body in bodies], axis=1)
-    travel = float(np.linalg.norm(points - points[0], axis=2).max())
-    size = float(np.linalg.norm(np.ptp(points.reshape(-1, 3), axis=0)))
-    if travel == 0.0 or travel > SMALL_TRAVEL * size:
+    whole, size = _travel(bodies, slice(None))
+    if whole.max() > SMALL_TRAVEL * size:
         return 1.0
-    return _round_down(SHOWN_TRAVEL * size / travel)
+    travel, size = _travel(bodies, frames)
+    return _round_down(SHOWN_TRAVEL * size / travel.max()) if travel.any() else 1.0
+
+
+def told_apart(bodies: list[Body], frames: list[int]) -> list[int]:
+    """The frames; of what has returned in all of them the middle one where it was half way out."""
+    whole, size = _travel(bodies, slice(None))
+    if whole[frames].max() > SMALL_TRAVEL * size:
+        return frames
+    half = int(np.argmin(np.abs(whole - 0.5 * whole.max())))
+    return sorted({frames[0], half, frames[-1]})
+
+
+def _travel(bodies: list[Body], frames: Any) -> tuple[Array, float]:
+    """Largest displacement [m] of any point in each frame, and the size of the scene [m]."""
+    points = np.concatenate([body.position[frames] for body in bodies], axis=1)
+    away = np.linalg.norm(points - points[0], axis=2).max(axis=1)
+    return away, float(np.linalg.norm(np.ptp(points.reshape(-1, 3), axis=0)))
 
 
 def _round_down(value: float) -> float:

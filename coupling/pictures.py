@@ -156,8 +156,10 @@ def _draw_turn(results: Results, axes: "NDArray[Any]", drive: Drive) -> None:
     _legend_beside(axes[1])
 
 
-def _components(ax: "Axes", time: Array, values: Array, labels: tuple[str, ...]) -> None:
-    factor, unit = scaled(values, "m")
+def _components(
+    ax: "Axes", time: Array, values: Array, labels: tuple[str, ...], unit: str = "m"
+) -> None:
+    factor, unit = scaled(values, unit)
     for column, label, color in zip(values.T, labels, TRAJECTORY_COLORS, strict=True):
         ax.plot(time, factor * column, label=label, color=color)
     ax.set_ylabel(f"[{unit}]")
@@ -166,6 +168,24 @@ def _components(ax: "Axes", time: Array, values: Array, labels: tuple[str, ...])
 
 def _legend_beside(ax: "Axes") -> None:
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.03), handlelength=1.4)
+
+
+def accelerated_probes(results: Results) -> list[str]:
+    """Those of the moving probes whose acceleration is known."""
+    return [p for p in moving_probes(results) if f"probes/{p}/acceleration" in results]
+
+
+def draw_acceleration(results: Results, figure: "Figure") -> None:
+    """Acceleration of the probes at the ends of the windows: where impacts jolt them."""
+    probes = accelerated_probes(results)
+    heading(results, figure, "acceleration")
+    axes = figure.subplots(len(probes), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, probe in zip(axes, probes, strict=True):
+        table = results.table(f"probes/{probe}")
+        _components(ax, table["time"], table["acceleration"], ("x", "y", "z"), "m/s²")
+        ax.set_title(probe)
+    axes[-1].set_xlabel(clock_of(results).label)
+    figure.align_ylabels(axes)
 
 
 def draw_path(results: Results, figure: "Figure") -> None:

@@ -90,6 +90,9 @@ def _pictures(results: Results) -> Iterator[Picture]:
     if kind == "dynamics" and _rows(results, "windows/time") > 1 and probes:
         rows = pictures.motion_rows(results)
         yield Picture("motion", pictures.draw_motion, (9.0, 1.2 + 2.2 * rows))
+    jolted = pictures.accelerated_probes(results) if contact_groups(results) else []
+    if _rows(results, "windows/time") > 1 and jolted:
+        yield Picture("acceleration", pictures.draw_acceleration, (9.0, 1.2 + 2.6 * len(jolted)))
     yield from _joint_pictures(results)
     if _rows(results, "windows/time") > 1 and pictures.energy_rows(results):
         rows = pictures.energy_rows(results)
