@@ -8,19 +8,31 @@ from typing import Any
 from rich.console import Console
 
 from coupling.errors import BadCase, Problem, unknown
-from coupling.reports.registry import OF_A_CASE, OF_MANY_SIZES, REPORTS, Picture, Result, load
+from coupling.reports.registry import (
+    OF_A_CASE,
+    OF_CONTACT,
+    OF_MANY_SIZES,
+    REPORTS,
+    Picture,
+    Result,
+    load,
+)
 
-RING = "ring_truss"
+OWN = {
+    "ring_truss": tuple(name for name in REPORTS if name not in OF_CONTACT),
+    "contact": OF_CONTACT,
+}
+"""Models that the program itself has for measuring, and the reports of each."""
 
 
 def report(
     what: str, name: str | None, folder: Path, out: Console, large: bool = False
 ) -> list[Path]:
-    """Make the reports of a case, or of the ring truss; the files that were written.
+    """Make the reports of a case, of the ring truss or of contact; the files that were written.
 
     Parameters
     ----------
-    what : "ring_truss", or a case
+    what : in ``OWN``, or a case
     name : one of ``REPORTS``; None: all that there are for it
     large : sizes that take minutes too
 
@@ -36,13 +48,14 @@ def report(
 
 
 def _chosen(what: str, name: str | None) -> Sequence[str]:
-    there = tuple(REPORTS) if what == RING else OF_A_CASE
+    there = OWN.get(what, OF_A_CASE)
     if name is None:
         return there
     if name not in REPORTS:
         raise BadCase("report", [Problem("", unknown("report", name, REPORTS))])
     if name not in there:
-        text = f"'{name}' measures models of its own: thermobody report {RING} {name}"
+        owner = next(owner for owner, names in OWN.items() if name in names)
+        text = f"'{name}' measures models of its own: thermobody report {owner} {name}"
         raise BadCase("report", [Problem("", text)])
     return (name,)
 
@@ -59,7 +72,7 @@ def _results(what: str, names: Sequence[str], large: bool) -> Iterator[Result]:
 
 def _system(what: str) -> tuple[Any, float]:
     """The system to measure, and the step [s]."""
-    if what == RING:
+    if what == "ring_truss":
         from coupling.reports.rings import STEP, ring
 
         return ring(), STEP
@@ -96,8 +109,8 @@ def _written(folder: Path, result: Result) -> list[Path]:
         csv.writer(file).writerows([result.columns, *result.rows])
     text.write_text(_markdown(result), encoding="utf-8")
     files = [table, text]
-    if result.picture is not None:
-        files.append(_drawn(folder / f"{result.name}.png", result.title, result.picture))
+    if result.pictures:
+        files.append(_drawn(folder / f"{result.name}.png", result.title, result.pictures))
     return files
 
 
@@ -108,21 +121,30 @@ def _markdown(result: Result) -> str:
     return "\n".join([*lines, "", *(f"{note}  " for note in result.notes)]) + "\n"
 
 
-def _drawn(path: Path, title: str, picture: Picture) -> Path:
+def _drawn(path: Path, title: str, pictures: Sequence[Picture]) -> Path:
     import matplotlib
     from matplotlib.figure import Figure
 
     from coupling.plot import STYLE
 
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 6.0), dpi=150, layout="constrained")
-        ax = figure.subplots()
-        for curve, marker in zip(picture.curves, "osD^v<>phX*+" * 3, strict=False):
-            ax.loglog(curve.x, curve.y, marker=marker, label=curve.label, ms=5)
-        ax.set_xlabel(picture.x)
-        ax.set_ylabel(picture.y)
-        ax.grid(which="minor", lw=0.3)
+        size = (9.0, max(6.0, 3.2 * len(pictures)))
+        figure = Figure(figsize=size, dpi=150, layout="constrained")
+        panels = figure.subplots(len(pictures), squeeze=False)[:, 0]
+        for ax, picture in zip(panels, pictures, strict=True):
+            _draw(ax, picture)
         figure.suptitle(title, x=0.01, ha="left", weight="bold")
-        figure.legend(loc="outside right upper")
         figure.savefig(path)
     return path
+
+
+def _draw(ax: Any, picture: Picture) -> None:
+    for curve, marker in zip(picture.curves, "osD^v<>phX*+" * 3, strict=False):
+        style = curve.style or f"-{marker}"
+        ax.plot(curve.x, curve.y, style, label=curve.label, ms=5)
+    for name in picture.logarithmic:
+        ax.set(**{f"{name}scale": "log"})
+    ax.set_xlabel(picture.x)
+    ax.set_ylabel(picture.y)
+    ax.grid(which="minor", lw=0.3)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

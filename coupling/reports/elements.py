@@ -41,7 +41,7 @@ def report() -> Iterator[Result]:
     columns = ("element", "elements", "error of the tip / L [-]", "time [ms]")
     title = "Cantilever, tip load 2 E I / L^2: error against time of the statics"
     picture = Picture("time [ms]", "error of the tip / length [-]", curves)
-    yield Result("elements", title, columns, rows, [_said(rows)], picture)
+    yield Result("elements", title, columns, rows, [_said(rows)], [picture])
 
 
 def _said(rows: list) -> str:

@@ -147,7 +147,7 @@ def _small(name: str, title: str, race: Race) -> Result:
     ]
     columns = ("program", "steps", "error [-]", "time of the run [ms]", "time per step [µs]")
     picture = Picture("time of the run [ms]", "error [-]", curves)
-    return Result(name, title, columns, rows, notes, picture)
+    return Result(name, title, columns, rows, notes, [picture])
 
 
 def _own(system: System, body: str, node: int) -> Callable[[float, int], tuple[Array, float]]:

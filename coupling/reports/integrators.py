@@ -52,7 +52,7 @@ def report() -> Iterator[Result]:
                "time of the run [ms]", "order [-]")  # fmt: skip
     title = f"Flexible pendulum, {ELEMENTS} elements, {END:g} s: error against time"
     picture = Picture("time of the run [ms]", "error of the tip / length [-]", curves)
-    yield Result("integrators", title, columns, rows, [], picture)
+    yield Result("integrators", title, columns, rows, [], [picture])
 
 
 def _row(system: System, control: Control, best: np.ndarray) -> tuple[int, float, float, float]:

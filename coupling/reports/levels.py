@@ -56,7 +56,7 @@ def report(largest: bool = False) -> Iterator[Result]:
         [Curve(name, found["size"], [1e3 * t for t in found[name]]) for name in MEASURED],
     )
     yield Result(
-        "levels", "Growth of the ring truss", COLUMNS, rows, [*_powers(found), *notes], picture
+        "levels", "Growth of the ring truss", COLUMNS, rows, [*_powers(found), *notes], [picture]
     )
 
 

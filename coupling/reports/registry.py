@@ -1,6 +1,6 @@
 """Reports by name; each is imported only when it is asked for."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from typing import NamedTuple
 
@@ -11,35 +11,42 @@ REPORTS = {
     "elements": "coupling.reports.elements:report",
     "integrators": "coupling.reports.integrators:report",
     "exudyn": "coupling.reports.exudyn:report",
+    "clearance": "coupling.reports.ring_clearance:report",
+    "extremes": "coupling.reports.extremes:report",
+    "impacts": "coupling.reports.impacts:report",
 }
 """Reports that `thermobody report` can make."""
 
 OF_A_CASE = ("work", "newton")
 """Those of them that take any case; the others have their own models."""
 
+OF_CONTACT = ("extremes", "impacts")
+"""Those whose models are journals in bearings with clearance; the rest have the ring truss."""
 
-OF_MANY_SIZES = ("levels",)
-"""Those that take whether large sizes are wanted too."""
+OF_MANY_SIZES = ("levels", "clearance")
+"""Those that take whether what is large, or long, is wanted too."""
 
 
 class Curve(NamedTuple):
-    """A line of a log-log picture: label, x, y."""
+    """A line of a picture: label, x, y; how matplotlib is to draw it, "": joined marks."""
 
     label: str
-    x: list[float]
-    y: list[float]
+    x: Sequence[float]
+    y: Sequence[float]
+    style: str = ""
 
 
 class Picture(NamedTuple):
-    """A log-log picture: titles of its axes, its curves."""
+    """A diagram: titles of its axes, its curves, which of its axes "xy" are logarithmic."""
 
     x: str
     y: str
     curves: list[Curve]
+    logarithmic: str = "xy"
 
 
 class Result(NamedTuple):
-    """A table, what it says in words, and a picture of it.
+    """A table, what it says in words, and pictures of it, one below the other.
 
     columns : names with units;  rows : numbers and words under them
     """
@@ -49,7 +56,7 @@ class Result(NamedTuple):
     columns: tuple[str, ...]
     rows: list[tuple[str | float | int, ...]]
     notes: list[str]
-    picture: Picture | None = None
+    pictures: Sequence[Picture] = ()
 
 
 Make = Callable[..., Iterator[Result]]
