@@ -101,7 +101,7 @@ class Joints:
     planes: Array
     joints: tuple[Clearance, ...]
     contacts: tuple[tuple[Point, ...], ...]
-    inverse_masses: Callable[[Array], Array]
+    ends: list[list[tuple[Side, Side]]]
     name: str = "clearance"
     symmetric: bool = False
     force: int = kernels.add_force
@@ -148,8 +148,17 @@ class Joints:
         return heat
 
     def masses(self, mass: csr_array) -> Array:
-        """(n_c,) [kg]  what meets in an impact: reduced mass of the two ends."""
-        return 1.0 / self.inverse_masses(mass.diagonal())
+        """(n_c,) [kg]  reduced mass of the nodes that meet in an impact."""
+        diagonal = mass.diagonal()
+        return 1.0 / np.array([_mobility(p, diagonal) for pairs in self.ends for p in pairs])
+
+    def pushes(self, n: int) -> list[Array]:
+        """For each contact (k, n): unit forces on both ends, in all directions it may act in."""
+        return [
+            np.array([_push(pair, d, n) for d in _directions(point, plane)])
+            for pairs, points, plane in zip(self.ends, self.contacts, self.planes, strict=True)
+            for pair, point in zip(pairs, points, strict=True)
+        ]
 
 
 def build(joints: Sequence[Clearance], layout: Layout) -> list[Joints]:
@@ -171,7 +180,6 @@ def _term(group: list[tuple[Clearance, tuple[Point, ...]]], layout: Layout) -> J
     components = np.where(vectors[..., None] >= 0, vectors[..., None] + np.arange(3), -1)
     parts = [[f"{joint.name}.{part}" for part in ("journal", "bearing")] for joint in joints]
     each = list(zip(joints, contacts, sides, axes, strict=True))
-    ends = [_ends(*one, layout) for one in each]
     return Joints(
         names=[j.name for j in joints],
         labels=[point.label for point in contacts[0]],
@@ -182,9 +190,7 @@ def _term(group: list[tuple[Clearance, tuple[Point, ...]]], layout: Layout) -> J
         planes=np.array([b[:2] for b in axes]),
         joints=joints,
         contacts=contacts,
-        inverse_masses=lambda diagonal: np.array(
-            [_mobility(pair, diagonal) for joint in ends for pair in joint]
-        ),
+        ends=[_ends(*one, layout) for one in each],
     )
 
 
@@ -412,3 +418,22 @@ def _at_arm(site: Site, side: Side, arm: Array, layout: Layout) -> Side:
 def _mobility(pair: tuple[Side, Side], diagonal: Array) -> float:
     """1/mass [1/kg] with which two points give way to each other."""
     return sum(float(np.sum(s.weights[0] ** 2 / diagonal[s.vectors])) for s in pair)
+
+
+def _directions(point: Point, plane: Array) -> Array:
+    """(k, 3) directions in the reference in which a contact point may act."""
+    b = np.array([*plane, np.cross(*plane)])
+    if point.geometry[0] == VERTEX:
+        return point.geometry[None, 4:7] @ b
+    return b if point.geometry[0] == BALL else plane
+
+
+def _push(pair: tuple[Side, Side], direction: Array, n: int) -> Array:
+    """(n,) generalised force of a unit force on the first end and its reaction on the second."""
+    force = np.zeros(n)
+    for side, sign in zip(pair, (1.0, -1.0), strict=True):
+        np.add.at(
+            force, side.vectors[:, None] + np.arange(3),
+            sign * side.weights[0][:, None] * direction,
+        )  # fmt: skip
+    return force

@@ -152,7 +152,7 @@ def initial_state(
     response = system.respond(system.unknowns(q), _padded(system, v), coef)
     approach = np.zeros(len(response))
     p = system.program
-    march.note_approach(p.contact_at, flat(coef), p.contact_mass, response, approach)
+    march.note_approach(p.contact_at, flat(coef), p.mobility, response, approach)
     size = system.n + system.m if control.scheme.kind == march.BDF2 else 0
     history = np.zeros((len(approach), HISTORIES))
     motion = Motion(t, q, v, a, lam, force, approach, history, np.zeros((2, size)), 0.0)
@@ -365,7 +365,7 @@ def _state(system: System, c: march.Carried, latched: Array) -> State:
 
 def _rows(system: System, w: march.Memory, count: int) -> Rows:
     """The rows that the march has kept."""
-    joints, size = len(system.program.contact_mass), system.n + system.m
+    joints, size = len(system.program.contact_at), system.n + system.m
     shapes = (
         (march.ROW_T, (ROWS,)), (march.ROW_RESPONSE, (ROWS, joints, march.COLUMNS)),
         (march.ROW_APPROACH, (ROWS, joints)), (march.ROW_DRIVE, (ROWS, len(system.driven))),

@@ -162,7 +162,8 @@ class Program(NamedTuple):
     floats : data of all terms
     mass : (n_m,) float;  mass_data : (nnz + 1,) float  M on the pattern of the system matrix
     scale : (n,) float  size of each coordinate
-    contact_mass : (n_c,) float [kg];  latch_value : (n_l,) float  where it catches
+    mobility : (n_c, 3, 3) float [1/kg]  inverse of the masses that meet, along the axes of e
+    latch_value : (n_l,) float  where it catches
     limits : (k, 2) float  of the limited coordinates
     """
 
@@ -185,7 +186,7 @@ class Program(NamedTuple):
     mass: Array
     mass_data: Array
     scale: Array
-    contact_mass: Array
+    mobility: Array
     latch_value: Array
     limits: Array
 
@@ -267,7 +268,7 @@ class Memory(NamedTuple):
 
 (P_SIZES, P_TERMS, P_KERNELS, P_INTS, P_SLOTS, P_MASS_ROWS, P_MASS_COLUMNS, P_DRIVEN, P_SIGNALS,
  P_SIGNAL, P_CONTACT_AT, P_LATCH_AT, P_LIMITED, P_SOLVER, P_SOLVER_INTS, P_FLOATS, P_MASS,
- P_MASS_DATA, P_SCALE, P_CONTACT_MASS, P_LATCH_VALUE, P_LIMITS) = range(22)  # fmt: skip
+ P_MASS_DATA, P_SCALE, P_MOBILITY, P_LATCH_VALUE, P_LIMITS) = range(22)  # fmt: skip
 """Fields of a packed program."""
 (Y, V, A, FORCE0, BEFORE, APPROACH0, HISTORY0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
  ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_LOST, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_,
@@ -659,13 +660,14 @@ def _let_act(p, w, h):
 def _get_ready(p, w, response):
     """Step that would resolve the impact which a journal in flight heads for, and its speed."""
     s, approach, coef = _real(w, SETTINGS), _real(w, APPROACH0), _real(w, COEF)
-    mass, at = _real(p, P_CONTACT_MASS), _whole(p, P_CONTACT_AT)
+    mobility, at = _real(p, P_MOBILITY), _whole(p, P_CONTACT_AT)
     ready = _real(w, READY).reshape((at.size, 2))
     for j in range(at.size):
         speed = response[j, DEPTH_RATE]
         ready[j, 0], ready[j, 1] = 0.0, speed
         if approach[j] == 0.0 and speed > 0.0:
-            ready[j, 0] = duration(mass[j], speed, coef[at[j] : at[j] + SLOT]) / _impact_steps(s)
+            mass = meeting_mass(mobility, j, response[j])
+            ready[j, 0] = duration(mass, speed, coef[at[j] : at[j] + SLOT]) / _impact_steps(s)
 
 
 @_inner
@@ -1218,7 +1220,7 @@ def _release(p, w, h, j, r0, r1):
         low, high = (s, high) if deep else (low, s)
     factor = _real(w, COEF)[_whole(p, P_CONTACT_AT)[j] + FACTOR]
     allowed = min(RELEASED * _real(w, SETTINGS)[TOLERANCE], KEPT_LOSS * factor)
-    added = 0.5 * force * h * (1.0 - high) / _real(p, P_CONTACT_MASS)[j]
+    added = 0.5 * force * h * (1.0 - high) / meeting_mass(_real(p, P_MOBILITY), j, r0)
     return high if added > allowed * abs(r1[DEPTH_RATE]) else -1.0
 
 
@@ -1281,7 +1283,20 @@ def _catching(p, w):
 
 
 @njit(cache=True, error_model="numpy")
-def note_approach(contact_at, coef, mass, response, approach):
+def meeting_mass(mobility, j, r):
+    """Mass [kg] that meets in contact j along the direction of its gap."""
+    W = mobility.reshape((-1, 3, 3))[j]
+    square, give = r[PATH] ** 2 + r[PATH + 1] ** 2 + r[PATH + 2] ** 2, 0.0
+    if r[FLAT] != 0.0 or square == 0.0:
+        return 1.0 / W[0, 0]
+    for i in range(3):
+        for k in range(3):
+            give += r[PATH + i] * W[i, k] * r[PATH + k]
+    return square / give
+
+
+@njit(cache=True, error_model="numpy")
+def note_approach(contact_at, coef, mobility, response, approach):
     """Approach speed of each running impact: the largest since its onset; 0 once it is over.
 
     Taking the largest keeps the rate ratio of the hysteresis laws below one in contacts that
@@ -1296,7 +1311,8 @@ def note_approach(contact_at, coef, mass, response, approach):
         if gap > 0.0 or (gap > -LANDING * near and closing):
             row = coef[contact_at[j] : contact_at[j] + SLOT]
             largest = max(approach[j], rate, row[APPROACH])
-            largest = max(largest, PRESSED * sqrt(2.0 * stored(gap, row) / mass[j]))
+            mass = meeting_mass(mobility, j, response[j])
+            largest = max(largest, PRESSED * sqrt(2.0 * stored(gap, row) / mass))
             approach[j] = largest if largest > 0.0 else UNMEASURED
         else:
             approach[j] = 0.0
@@ -1315,14 +1331,15 @@ def _impact_rung(p, w, response):
     Noticeably is against the approach speed and against the speed of an impact as deep.
     """
     s, approach, coef = _real(w, SETTINGS), _real(w, APPROACH0), _real(w, COEF)
-    mass, contact_at, rung = _real(p, P_CONTACT_MASS), _whole(p, P_CONTACT_AT), 0
+    mobility, contact_at, rung = _real(p, P_MOBILITY), _whole(p, P_CONTACT_AT), 0
     for j in range(approach.size):
         speed, row = approach[j], coef[contact_at[j] : contact_at[j] + SLOT]
         if speed == 0.0:
             continue
-        pressed = sqrt(2.0 * stored(response[j, DEPTH], row) / mass[j])
+        mass = meeting_mass(mobility, j, response[j])
+        pressed = sqrt(2.0 * stored(response[j, DEPTH], row) / mass)
         if abs(response[j, DEPTH_RATE]) > VIOLENT * max(speed, pressed):
-            last = duration(mass[j], max(speed, 1e-9), row)
+            last = duration(mass, max(speed, 1e-9), row)
             rung = max(rung, _rung_below(s, last / _impact_steps(s)))
     return rung
 
@@ -1503,8 +1520,8 @@ def take(p, w, h, old):
     response = _looked(p, w, new)[3]
     if p.ints[2]:
         _remember(p, w)
-        mass = _real(p, P_CONTACT_MASS)
-        note_approach(_whole(p, P_CONTACT_AT), coef, mass, response, _real(w, APPROACH0))
+        mobility = _real(p, P_MOBILITY)
+        note_approach(_whole(p, P_CONTACT_AT), coef, mobility, response, _real(w, APPROACH0))
         _get_ready(p, w, response)
     w.whole[2] += 1
     _next_rung(p, w, response, _real(w, TRIED)[3])

@@ -102,6 +102,10 @@ class System:
         self._histories = _histories(self.terms, self.columns)
         self.program = _program(self)
         self.packed = march.pack(self.program)
+        if self.contacts:
+            mobility = import_module("mechanics.meeting").mobility(self, self.coefficients(room))
+            self.program = self.program._replace(mobility=mobility)
+            self.packed = march.pack(self.program)
         self._densities = _densities(description, self.elements, self.layout)
 
     # -- temperature and time ------------------------------------------------------------------
@@ -499,7 +503,7 @@ def _program(system: System) -> march.Program:
         driven=system.driven,
         signals=np.array([place for place, _ in system._histories], np.int64),
         signal=np.array([_signals(system._histories)], np.int64),
-        contact_mass=_line(meeting, float),
+        mobility=_line([np.multiply.outer(1.0 / mass, np.eye(3)) for mass in meeting], float),
         contact_at=_contact_starts(rows),
         latch_at=at,
         latch_value=values,
