@@ -4,6 +4,9 @@ from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 REPORTS = {
     "work": "coupling.reports.work:report",
     "newton": "coupling.reports.newton:report",
@@ -14,25 +17,30 @@ REPORTS = {
     "clearance": "coupling.reports.ring_clearance:report",
     "extremes": "coupling.reports.extremes:report",
     "impacts": "coupling.reports.impacts:report",
+    "response_amplitude": "coupling.reports.response_amplitude:report",
 }
 """Reports that `thermobody report` can make."""
 
 OF_A_CASE = ("work", "newton")
 """Those of them that take any case; the others have their own models."""
 
-OF_CONTACT = ("extremes", "impacts")
+OF_CONTACT = ("extremes", "impacts", "response_amplitude")
 """Those whose models are journals in bearings with clearance; the rest have the ring truss."""
 
 OF_MANY_SIZES = ("levels", "clearance")
 """Those that take whether what is large, or long, is wanted too."""
 
 
+Array = NDArray[np.float64]
+Row = tuple[str | float | int, ...]
+
+
 class Curve(NamedTuple):
     """A line of a picture: label, x, y; how matplotlib is to draw it, "": joined marks."""
 
     label: str
-    x: Sequence[float]
-    y: Sequence[float]
+    x: Sequence[float] | Array
+    y: Sequence[float] | Array
     style: str = ""
 
 
@@ -54,7 +62,7 @@ class Result(NamedTuple):
     name: str
     title: str
     columns: tuple[str, ...]
-    rows: list[tuple[str | float | int, ...]]
+    rows: Sequence[Row]
     notes: list[str]
     pictures: Sequence[Picture] = ()
 
