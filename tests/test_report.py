@@ -10,7 +10,7 @@ from coupling.cli import app
 from coupling.report import report
 from coupling.reports import elements, exudyn_models, integrators, newton, work
 from coupling.reports.measure import exponent, fixed, march
-from coupling.reports.registry import OF_A_CASE, REPORTS, load
+from coupling.reports.registry import OF_A_CASE, OF_CONTACT, OF_MANY_SIZES, REPORTS, load
 from coupling.rings import ring_description
 from mechanics.system import System
 from meshes.materials import library_material
@@ -48,7 +48,8 @@ def small_ring():
 def test_every_report_can_be_loaded():
     for name in REPORTS:
         assert callable(load(name))
-    assert set(OF_A_CASE) <= set(REPORTS)
+    for names in (OF_A_CASE, OF_CONTACT, OF_MANY_SIZES):
+        assert set(names) <= set(REPORTS)
 
 
 def test_growth_of_a_power():
@@ -94,6 +95,8 @@ def test_a_report_of_a_case_is_printed_and_written(tmp_path):
     [
         (["ring_truss", "work2"], "there is no report 'work2'; did you mean 'work'?"),
         (["nowhere", "levels"], "'levels' measures models of its own"),
+        (["ring_truss", "extremes"], "of its own: thermobody report contact extremes"),
+        (["contact", "levels"], "of its own: thermobody report ring_truss levels"),
         (["nowhere"], "there is no such file"),
     ],
 )

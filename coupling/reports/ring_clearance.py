@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.reports.registry import Curve, Picture, Result
+from coupling.reports.registry import Curve, Picture, Result, Row
 from coupling.reports.rings import DAMPING, section, truss
 from coupling.rings import Play, ring_description
 from mechanics.description import Friction, NormalContact
@@ -153,8 +153,8 @@ def _course(system: System, all_of: list[Stretch], built: float, end: float) -> 
     )  # fmt: skip
 
 
-def _row(part: list[Stretch]) -> tuple[str | float | int, ...]:
-    accepted, refused, corrections, factorisations = sum(s.counts for s in part)
+def _row(part: list[Stretch]) -> Row:
+    accepted, refused, corrections, factorisations = np.sum([s.counts for s in part], axis=0)
     sizes = np.concatenate([s.sizes for s in part])
     contacts = np.concatenate([s.contacts for s in part])
     state, processor = part[-1].state, sum(s.processor for s in part)
@@ -210,7 +210,7 @@ def _pictures(all_of: list[Stretch]) -> list[Picture]:
 def _errors(system: System, runs: dict[float, list[Stretch]]) -> Result:
     """Of the larger tolerance against the smaller one."""
     best = _tip(system, list(runs.values())[-1][-1].state)
-    rows = []
+    rows: list[Row] = []
     for tolerance, run in runs.items():
         state, impacts = run[-1].state, sum(len(s.onsets) for s in run)
         tip = _tip(system, state)
