@@ -261,7 +261,7 @@ def _notes(rows: list[tuple]) -> list[str]:
     return [
         *(_trend(kind, [row for row in rows if row[0] == kind]) for kind in KINDS),
         f"describing function: peaks within {100 * off:.1f} %, frequencies {late:.2f} rad/s; "
-        "it leaves out the end of the arm, 10 g, which rings in the gap and takes energy in impacts",
+        "it leaves out the end of the arm, 10 g, which rings in the gap and loses energy there",
         "why: at amplitude A the arm acts with 1 - 2/pi (asin(c/A) + c/A sqrt(1 - c²/A²)) of its "
         "stiffness k; the resonance falls with c/A, and F/(d w) there rises",
         "that holds for a given force; where the root of the arm is moved by a given "
