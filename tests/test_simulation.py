@@ -272,13 +272,15 @@ def test_recorded_substeps_tell_the_smallest_and_largest_step(whole):
 def test_probes_are_written_as_a_table_with_units(whole):
     with (whole[0].folder / "probes.csv").open() as file:
         header, *rows = csv.reader(file)
-    of_tip = [f"tip.{c}" for c in ("x [m]", "y [m]", "z [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]")]
-    assert header[0] == "time [s]" and header[8:] == [*of_tip, "tip.temperature [K]"]
+    kinds = (("", "m"), ("v", "m/s"), ("a", "m/s^2"))
+    of_tip = [f"tip.{kind}{axis} [{unit}]" for kind, unit in kinds for axis in "xyz"]
+    assert header[0] == "time [s]" and header[11:] == [*of_tip, "tip.temperature [K]"]
     values = np.array(rows, float)
-    assert values.shape == (21, 15)
+    assert values.shape == (21, 21)
     tip = consistent(whole[0].folder)[0]["probes/tip"]
-    assert np.array_equal(values[:, 8:11], tip["position"])
-    assert values[0, [0, 8, 9, 10]].tolist() == [0.0, 63.5, 0.0, 0.0]
+    assert np.array_equal(values[:, 11:14], tip["position"])
+    assert np.array_equal(values[:, 17:20], tip["acceleration"])
+    assert values[0, [0, 11, 12, 13]].tolist() == [0.0, 63.5, 0.0, 0.0]
 
 
 def test_every_dataset_says_its_unit_and_meaning(whole):
