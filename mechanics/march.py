@@ -1219,7 +1219,8 @@ def _release(p, w, h, j, r0, r1):
         deep = q * q * (q * a + 3.0 * s * (a + b)) + s * s * (3.0 * q * (d - c) + s * d) > 0.0
         low, high = (s, high) if deep else (low, s)
     factor = _real(w, COEF)[_whole(p, P_CONTACT_AT)[j] + FACTOR]
-    allowed = min(RELEASED * _real(w, SETTINGS)[TOLERANCE], KEPT_LOSS * factor)
+    part = max(KEPT_LOSS * factor, LANDING)
+    allowed = min(RELEASED * _real(w, SETTINGS)[TOLERANCE], part)
     added = 0.5 * force * h * (1.0 - high) / meeting_mass(_real(p, P_MOBILITY), j, r0)
     return high if added > allowed * abs(r1[DEPTH_RATE]) else -1.0
 

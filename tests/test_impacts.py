@@ -121,7 +121,7 @@ def test_joints_that_strike_within_one_step(steps_of_flight):
 def test_delivered_restitution(kind, way, restitution):
     path = run(flying(kind, way, SPEED, law(restitution)), 1.2 * FLIGHT, steps(0.3 * FLIGHT))
     rebound = -path.v[-1, :3] @ KINDS[kind][1][way] / SPEED
-    assert rebound == pytest.approx(restitution, abs=1e-3)
+    assert rebound == pytest.approx(restitution, abs=2e-3)
     aside = path.v[-1, :3] + rebound * SPEED * KINDS[kind][1][way]
     assert np.abs(aside).max() < 1e-6 * SPEED
 
@@ -216,8 +216,8 @@ def test_a_bouncing_ball_comes_to_rest(kind, restitution, count, last):
 
 NO_GAIN = 1e-9
 """Relative energy that rounding may bring in thousands of steps."""
-ELASTIC_GAIN = {"linear": 2.5e-3, "hertz-external": 4e-4, "cylinder": 2.5e-3}
-"""The same of an impact without any loss, in 32 steps or more: it falls with their square."""
+ELASTIC_GAIN = 2e-5
+"""The same of an impact without any loss: its end is located to that part of the speed."""
 
 
 @pytest.mark.parametrize("restitution", [0.01, 0.1, 0.5, 0.9, 1.0])
@@ -242,11 +242,11 @@ def test_no_impact_gains_energy(stiffness, value, restitution):
             path = run(made, end, steps(largest))
             before = 0.5 * MASS * SPEED**2 + 0.5 * INERTIA[2, 2] * 9.0
             gain = kinetic(made, path).max() / before - 1.0
-            bound = ELASTIC_GAIN[stiffness] if restitution == 1.0 else NO_GAIN
+            bound = ELASTIC_GAIN if restitution == 1.0 else NO_GAIN
             assert gain < bound, (mu, largest)
 
 
-@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9, 0.99])
 @pytest.mark.parametrize("stiffness", ["linear", "hertz-external"])
 def test_no_impact_gains_energy_without_a_tolerance(stiffness, restitution):
     """With as few steps as there may be."""
@@ -264,7 +264,7 @@ def test_no_impact_gains_energy_without_a_tolerance(stiffness, restitution):
 def test_every_scheme_delivers_the_restitution(name, constraints):
     """Those of second order; backward Euler takes a part of the speed more. None of them brings."""
     scheme = Scheme(name=name, constraints=constraints)
-    lacking = 0.2 if name == "backward-euler" else 1e-3
+    lacking = 0.2 if name == "backward-euler" else 2e-3
     for restitution in (0.1, 0.85, 1.0):
         path = run(
             made := flying("planar translational", 0, SPEED, law(restitution, 1e10)), 1.4 * FLIGHT,
@@ -273,22 +273,23 @@ def test_every_scheme_delivers_the_restitution(name, constraints):
         rebound = -path.v[-1, 0] / SPEED
         assert restitution - lacking < rebound < restitution + 1e-3
         gain = kinetic(made, path).max() / (0.5 * MASS * SPEED**2) - 1.0
-        assert gain < (ELASTIC_GAIN["hertz-external"] if restitution == 1.0 else NO_GAIN)
+        assert gain < (ELASTIC_GAIN if restitution == 1.0 else NO_GAIN)
 
 
 @pytest.mark.parametrize(("stiffness", "most"), [("linear", 0.08), ("hertz-external", 0.04)])
-def test_what_an_elastic_impact_gains_in_the_fewest_steps(stiffness, most):
-    """Without a tolerance there are six steps for an impact: some percent, of a loss of nothing."""
+def test_an_elastic_impact_loses_and_never_gains_in_the_fewest_steps(stiffness, most):
+    """Without a tolerance there are six steps for an impact."""
     exponent, gains = 1.5 if stiffness == "hertz-external" else 1.0, []
     end = FLIGHT + 1.3 * float(elastic_impact(MASS, 1e8, SPEED, exponent).duration)
     for part in np.geomspace(0.03, 1.0, 20):
         made = flying("spherical", 0, SPEED, law(1.0, 1e8, stiffness))
         path = run(made, end, steps(part * FLIGHT, np.inf))
         gains.append(kinetic(made, path)[-1] / (0.5 * MASS * SPEED**2) - 1.0)
-    assert NO_GAIN < max(gains) < most
+    assert max(gains) < ELASTIC_GAIN
+    assert min(gains) > -most
 
 
-def test_the_gain_of_elastic_impacts_falls_with_the_square_of_the_steps():
+def test_the_loss_of_elastic_impacts_falls_with_the_square_of_the_steps():
     """Worst of many phases of the last step; 16 times from four times as many steps."""
     stiffness, worst = 1e7, []
     duration = float(elastic_impact(MASS, stiffness, SPEED, 1.0).duration)
@@ -299,7 +300,7 @@ def test_the_gain_of_elastic_impacts_falls_with_the_square_of_the_steps():
             path = run(made, FLIGHT + 1.3 * duration, steps(phase * duration / count))
             gains.append(abs(kinetic(made, path)[-1] / (0.5 * MASS * SPEED**2) - 1.0))
         worst.append(max(gains))
-    assert 1e-4 < worst[0] < ELASTIC_GAIN["linear"]
+    assert 1e-4 < worst[0] < 4e-3
     assert worst[1] < worst[0] / 6.0
 
 
