@@ -160,7 +160,7 @@ def ledger_of_impacts() -> list[Check]:
 
 @problem("contact", "energy over ten thousand impacts", "exact identity of the scheme")
 def ledger_of_many_impacts() -> list[Check]:
-    """With errors of steps that are ten times as large, which shows in their part of the loss."""
+    """With errors of steps that are four times as large, which shows in their part of the loss."""
     driven = _Driven(1e12, 0.99, 0.005, 1000.0)
-    checks = driven.checks(2.0, 1e-5, 0.1)
+    checks = driven.checks(2.0, 4e-6, 0.1)
     return [*checks, Check("  more than 10000 impacts", min(driven.impacts, 10000), 10000, 0.0)]
