@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanics import march
-from mechanics.contact_laws import HISTORIES
+from mechanics import kernels, march
+from mechanics.contact_laws import APPROACH, HISTORIES, HISTORY, STEP
 from mechanics.march import Rows
 from mechanics.schemes import Scheme
 from mechanics.system import HOLDING, Coefficients, Factors, System, flat
@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 ROWS = 512
 """Steps between two looks of an observer."""
+SLID = 1e3
+"""How long a contact that slides at the start has done so [s]."""
 MOVED = 1e-9
 """Change of the initial velocities, relative to the largest, that counts as a change [-]."""
 
@@ -142,6 +144,8 @@ def initial_state(
     if why := _infinite(system, q, system.layout.v0, t, coef):
         return None, why
     v = impulse(system, q, system.layout.v0.copy(), t, coef)
+    if v is not None:
+        coef, approach, history = _touching(system, q, v, coef)
     found = None if v is None else balanced(system, q, v, t, coef)
     if found is None or v is None or not np.all(np.isfinite(np.concatenate(found))):
         return None, (
@@ -149,17 +153,38 @@ def initial_state(
             "or something without mass is free to move"
         )
     a, lam, force = found
-    response = system.respond(system.unknowns(q), _padded(system, v), coef)
-    approach = np.zeros(len(response))
-    p = system.program
-    march.note_approach(p.contact_at, flat(coef), p.mobility, response, approach)
     size = system.n + system.m if control.scheme.kind == march.BDF2 else 0
-    history = np.zeros((len(approach), HISTORIES))
     motion = Motion(t, q, v, a, lam, force, approach, history, np.zeros((2, size)), 0.0)
     ledger = np.zeros(march.TERMS)
     ledger[0] = _kinetic(system, v)
     ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
     return State(motion, ledger, 0, 0, np.zeros(4, np.int64), latched), ""
+
+
+def _touching(
+    system: System, q: Array, v: Array, coef: Coefficients
+) -> tuple[Coefficients, Array, Array]:
+    """Coefficients with what contacts carry with them, approach speeds and histories.
+
+    Bristles of a contact that slides are deflected as if it had done so for long.
+    """
+    if not system.contacts:
+        return coef, np.zeros(0), np.zeros((0, HISTORIES))
+    y, w, p = system.unknowns(q), _padded(system, v), system.program
+    response = system.respond(y, w, coef)
+    approach, history = np.zeros(len(response)), np.zeros((len(response), HISTORIES))
+    march.note_approach(p.contact_at, flat(coef), p.mobility, response, approach)
+    changed = list(coef)
+    for term in system.contacts:
+        k, rows = system.terms.index(term), system.contact_rows(term)
+        changed[k] = coef[k].copy()
+        each = changed[k].reshape(len(term.contact_names), -1)
+        each[:, STEP] = SLID
+        history[rows] = kernels.histories(term, y, w, changed[k], HISTORIES)
+        history[rows, -1] = 0.0
+        each[:, STEP], each[:, APPROACH] = 0.0, approach[rows]
+        each[:, HISTORY : HISTORY + HISTORIES] = history[rows]
+    return tuple(changed), approach, history
 
 
 def _infinite(system: System, q: Array, v: Array, t: float, coef: Coefficients) -> str:
