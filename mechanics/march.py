@@ -794,6 +794,9 @@ def _serves(p, w, h):
         ):
             nearest = k
     w.whole[IN_USE] = nearest if nearest >= 0 else oldest
+    known = _known(w)
+    if known[USED] != w.whole[2] + w.whole[3]:  # what was measured before others were in use is old
+        known[MEASURED] = 0.0
     return nearest >= 0 and jacobians[KNOWN * nearest + WASTED] <= _whole(p, P_SOLVER)[2]
 
 
