@@ -20,7 +20,17 @@ Derivatives of φ by z and ż are taken by the same code with complex numbers, e
 import numpy as np
 from numba import njit
 
-from mechanics.contact_laws import ACTIVE, CLEARANCE, CORE, RADIUS, SLOT, friction, normal, stored
+from mechanics.contact_laws import (
+    ACTIVE,
+    CLEARANCE,
+    COLUMNS,
+    CORE,
+    RADIUS,
+    SLOT,
+    friction,
+    normal,
+    stored,
+)
 from mechanics.kernels import ENERGY, FORCE, REMEMBER, RESPOND, TANGENT, kernel
 from mechanics.relative import DIRECTION, OFFSET, evaluate, expand, gather, scratch, spread
 
@@ -187,7 +197,7 @@ def _vertex(point, c, z, w, tau, side, omega, r, rubbing):
 
 @njit(cache=True, error_model="numpy")
 def _point(point, c, z, w, r, phi, V, n, T, new):
-    """Response r (20,) of a contact point; its force (9,) on the journal is added to ``phi``.
+    """Response r (32,) of a contact point; its force (9,) on the journal is added to ``phi``.
 
     V, n, T (3,) and ``new`` (7,), the history at the end of the step, are overwritten.
     """
@@ -209,11 +219,13 @@ def _point(point, c, z, w, r, phi, V, n, T, new):
     r[9], r[10] = normal(r[7], r[8], c)
     force = r[9] + r[10]
     r[17] = friction(V, n, force, c, T, new)
+    turning, first = _cross(rim, (T[0], T[1], T[2])), _scaled(1.0 / np.sqrt(_dot(side, side)), side)
     for i in range(3):
-        r[11 + i], r[14 + i] = T[i], V[i]
+        r[11 + i], r[14 + i], r[20 + i], r[23 + i] = T[i], V[i], turning[i], z[i]
+        r[26 + i], r[29 + i] = tau[i], first[i]
     if force.real > 0.0:
         push, rub = _scaled(-force, along), (T[0], T[1], T[2])
-        moment = _sum(_cross(arm, push), _cross(rim, rub))
+        moment = _sum(_cross(arm, push), turning)
         m, t = (z[6], z[7], z[8]), (z[3], z[4], z[5])
         spin = _dot(moment, tau)
         rest = _sum(moment, _scaled(-spin, _cross(m, g)))
@@ -271,7 +283,7 @@ def add_force(y, v, coef, ints, floats, out):
     weights, work, none = PLACES + POINT * slots, scratch(), np.empty((0, 18, 18))
     x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
     r, phi, V, n, T, new = (
-        np.empty(20), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
+        np.empty(COLUMNS), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
     )  # fmt: skip
     local, spreading = np.empty(18), np.empty(3 * K)
     for e in range(ints.shape[0]):
@@ -324,10 +336,10 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     weights, work, none = PLACES + POINT * points, scratch(), np.empty((0, 18, 18))
     x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
     r, phi, V, n, F, new = (
-        np.empty(20), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
+        np.empty(COLUMNS), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
     )  # fmt: skip
     bent, others = np.empty((3, 9), np.complex128), np.empty((3, 3), np.complex128)
-    rc, newc = np.empty(20, np.complex128), np.empty(7, np.complex128)
+    rc, newc = np.empty(COLUMNS, np.complex128), np.empty(7, np.complex128)
     H, by_z, by_w = np.empty((9, 18, 18)), np.empty((9, 9)), np.empty((9, 9))
     B, C, T = np.empty((9, 18)), np.empty((9, 18)), np.empty((18, 18))
     half, wide = np.empty((18, 6 * K)), np.empty((6 * K, 6 * K))
@@ -353,7 +365,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
 
 @njit(cache=True, error_model="numpy")
 def _respond(y, v, coef, ints, floats, response, history):
-    """Overwrite response (n_c, 20) and history (n_c, 7) of every contact."""
+    """Overwrite response (n_c, 32) and history (n_c, 7) of every contact."""
     slots = coef.shape[1] // SLOT
     weights, work, none = PLACES + POINT * slots, scratch(), np.empty((0, 18, 18))
     x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
@@ -371,21 +383,21 @@ def _respond(y, v, coef, ints, floats, response, history):
 
 @kernel(RESPOND)
 def respond(y, v, coef, ints, floats, response):
-    """Response (n_c, 20) of every contact."""
+    """Response (n_c, 32) of every contact."""
     _respond(y, v, coef, ints, floats, response, np.empty((len(response), 7)))
 
 
 @kernel(REMEMBER)
 def remember(y, v, coef, ints, floats, history):
     """History (n_c, 7) of every contact at the end of a step."""
-    _respond(y, v, coef, ints, floats, np.empty((len(history), 20)), history)
+    _respond(y, v, coef, ints, floats, np.empty((len(history), COLUMNS)), history)
 
 
 @kernel(ENERGY)
 def add_energy(y, v, coef, ints, floats, out):
     """Elastic energy of all contacts."""
     slots = coef.shape[1] // SLOT
-    response, history = np.empty((len(ints) * slots, 20)), np.empty((len(ints) * slots, 7))
+    response, history = np.empty((len(ints) * slots, COLUMNS)), np.empty((len(ints) * slots, 7))
     _respond(y, v, coef, ints, floats, response, history)
     for e in range(ints.shape[0]):
         for s in range(slots):

@@ -40,6 +40,8 @@ LAW, K, P, FACTOR, REFERENCE = range(12, 17)
 CORE = 27
 """Distance that the radius keeps at the centre [m]."""
 SLOT = 28
+COLUMNS = 32
+"""Columns of the response of a contact, see ``mechanics.march``."""
 
 POWER, CYLINDER = 0, 1
 """Normal laws."""

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from mechanics.contact_laws import (
     ACTIVE,
     APPROACH,
+    COLUMNS,
     FACTOR,
     HISTORIES,
     HISTORY,
@@ -82,11 +83,13 @@ reasons, a latch has caught, or a coordinate of a joint has left its range."""
 
 PATH, PATH_RATE, GAP, DEPTH, DEPTH_RATE, ELASTIC, DISSIPATIVE = 0, 3, 6, 7, 8, 9, 10
 FRICTION, SLIP, STUCK, FLAT, PLACE = 11, 14, 17, 18, 19
-COLUMNS = 20
+MOMENT, CENTRE, AXIS, SIDE = 20, 23, 26, 29
 """Columns of the response of a contact: e (3) [m], along which flight is followed, and its rate;
 clearance c and penetration [m], its rate [m/s]; elastic and dissipative part of the normal force;
 friction on the journal (3) [N]; slip velocity (3) [m/s]; 1 where it sticks; 1 at a plane wall,
-where contact is e[0] > c, otherwise |e| > c; place along the bearing [m]."""
+where contact is e[0] > c, otherwise |e| > c; place along the bearing [m]; moment of friction about
+the centre of the journal (3) [N m], that centre (3) [m], two directions of the journal (3 each),
+all along the axes of the bearing, or zeros where they are not known."""
 
 TERMS = 11
 (KINETIC, STRAIN, CONTACT_ELASTIC, WORK_LOADS, WORK_DRIVE, WORK_THERMAL, RUBBED, HYSTERESIS,
@@ -229,7 +232,7 @@ class Window(NamedTuple):
 class Rows(NamedTuple):
     """What is kept of each step.
 
-    t : (k,) float [s];  response : (k, n_c, 20);  approach : (k, n_c) float [m/s]
+    t : (k,) float [s];  response : (k, n_c, 32);  approach : (k, n_c) float [m/s]
     drive : (k, n_d) float  multipliers of the driven rows
     lost : (k, n_c, 2) float [J]  normal dissipation and frictional work, since the window began
     y, v : (k, n + m);  ledger : (k, 11) float [J];  or none of these three
@@ -478,7 +481,7 @@ def energies(p, y, v, coef, out):
 
 @njit(cache=True, error_model="numpy")
 def respond(p, y, v, coef, response):
-    """Overwrite the response (n_c, 20) of all contacts."""
+    """Overwrite the response (n_c, 32) of all contacts."""
     terms, kernels = _terms(p)
     for k in range(len(terms)):
         s = terms[k]
@@ -1195,7 +1198,7 @@ def onset(path, c0, c1, flat, stack):
 
 @_inner
 def _looked(p, w, which):
-    """Parts of a balance: real (5,), external (n,), drive (n,), response (n_c, 20)."""
+    """Parts of a balance: real (5,), external (n,), drive (n,), response (n_c, 32)."""
     n, joints = p.ints[0], p.ints[2]
     size = 5 + 2 * n + joints * COLUMNS
     b = _real(w, LOOK)[which * size : (which + 1) * size]
@@ -1388,11 +1391,48 @@ def _look(p, w, y, v, coef, which):
 
 
 @_inner
+def _rubbed(r0, r1, h):
+    """Work of friction [J]: mean force and moment times the way and the turn of the journal.
+
+    The turn of a step is known to ± pi. Where the pose is not known, mean force times mean slip.
+    """
+    work, known = 0.0, r1[AXIS] != 0.0 or r1[AXIS + 1] != 0.0 or r1[AXIS + 2] != 0.0
+    if not known:
+        for i in range(3):
+            mean = r0[FRICTION + i] + r1[FRICTION + i]
+            work -= 0.25 * h * mean * (r0[SLIP + i] + r1[SLIP + i])
+        return work
+    sine, square, trace = np.zeros(3), 0.0, 0.0
+    for first in (AXIS, SIDE, -1):
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            a, b = _direction(r0, first, j), _direction(r0, first, k)
+            c, d = _direction(r1, first, j), _direction(r1, first, k)
+            sine[i] += 0.5 * (a * d - b * c)
+            trace += a * c
+    for i in range(3):
+        square += sine[i] ** 2
+    turn = np.arctan2(sqrt(square), 0.5 * (trace - 1.0)) / sqrt(square) if square > 0.0 else 1.0
+    for i in range(3):
+        work -= 0.5 * (r0[FRICTION + i] + r1[FRICTION + i]) * (r1[CENTRE + i] - r0[CENTRE + i])
+        work -= 0.5 * (r0[MOMENT + i] + r1[MOMENT + i]) * turn * sine[i]
+    return work
+
+
+@_inner
+def _direction(r, first, i):
+    """Component i of a direction of the journal; -1: the one across the other two."""
+    if first >= 0:
+        return r[first + i]
+    j, k = (i + 1) % 3, (i + 2) % 3
+    return r[AXIS + j] * r[SIDE + k] - r[AXIS + k] * r[SIDE + j]
+
+
+@_inner
 def _contact_losses(p, w, h, old, new):
     """Add what each contact lost over the step to ``LOST``; sums of hysteresis and friction.
 
-    Mean forces times ways: of the normal force along the gap, of friction that of the mean slip
-    velocity.
+    Mean forces times ways: of the normal force along the gap, of friction see ``_rubbed``.
     """
     lost, hysteresis, friction = _real(w, LOST), 0.0, 0.0
     response0, response1 = _looked(p, w, old)[3], _looked(p, w, new)[3]
@@ -1401,10 +1441,7 @@ def _contact_losses(p, w, h, old, new):
         if r0[ELASTIC] == 0.0 and r1[ELASTIC] == 0.0:
             continue
         way = r1[DEPTH] + r1[GAP] - r0[DEPTH] - r0[GAP]
-        pressed, rubbed = 0.5 * (r0[DISSIPATIVE] + r1[DISSIPATIVE]) * way, 0.0
-        for i in range(3):
-            mean = r0[FRICTION + i] + r1[FRICTION + i]
-            rubbed -= 0.25 * h * mean * (r0[SLIP + i] + r1[SLIP + i])
+        pressed, rubbed = 0.5 * (r0[DISSIPATIVE] + r1[DISSIPATIVE]) * way, _rubbed(r0, r1, h)
         lost[2 * j] += pressed
         lost[2 * j + 1] += rubbed
         hysteresis += pressed

@@ -201,7 +201,7 @@ class System:
         return np.concatenate([q, np.zeros(self.m) if lam is None else lam])
 
     def respond(self, y: Array, v: Array, coef: Coefficients) -> Array:
-        """(n_c, 20) response of the contacts, columns of ``mechanics.march``."""
+        """(n_c, 32) response of the contacts, columns of ``mechanics.march``."""
         response = np.zeros((len(self.contact_names), march.COLUMNS))
         march.respond(self.packed, y, v, flat(coef), response)
         return response
