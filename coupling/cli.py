@@ -366,14 +366,17 @@ def verify(
 @app.command(epilog="Example:  thermobody report ring_truss levels")
 def report(
     what: Annotated[
-        str, typer.Argument(metavar="CASE|ring_truss", help="A case, or the ring truss.")
+        str,
+        typer.Argument(
+            metavar="CASE|ring_truss|contact", help="A case, the ring truss, or contact."
+        ),
     ],
     name: Annotated[
         str | None,
         typer.Argument(
             metavar="[NAME]",
-            help="work or newton; of the ring truss also levels, elements, integrators, exudyn; "
-            "without: all of them.",
+            help="work or newton; of the ring truss also levels, elements, integrators, exudyn, "
+            "clearance; of contact extremes, impacts, response_amplitude; without: all of them.",
         ),
     ] = None,
     output: Annotated[
@@ -382,7 +385,8 @@ def report(
     large: Annotated[
         bool,
         typer.Option(
-            "--large", help="levels: also ten times the size of Level 4, which takes minutes."
+            "--large",
+            help="levels: also ten times the size of Level 4; clearance: the whole 10 s; minutes.",
         ),
     ] = False,
 ) -> None:
