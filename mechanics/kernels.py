@@ -19,6 +19,10 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from mechanics.caching import watch
+
+watch()
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
