@@ -223,6 +223,30 @@ def test_interference_holds_with_consistent_tangents():
     assert np.abs(found - by_q).max() < 1e-8 * np.abs(by_q).max()
 
 
+@pytest.mark.parametrize("clearance", [-1e-3, -0.02])
+def test_a_seized_pin_resists_rotation_and_sideways_motion(clearance):
+    """Moment mu K |c|^1.5 R against a pin that turns in its middle; 3 K |c|^1/2 sideways."""
+    scene = make(("hub", "block"))
+    scene.rows[:, laws.CLEARANCE] = clearance
+    scene.rows[:, laws.CORE] = -clearance / 3.0
+    scene.rows[:, laws.APPROACH] = 0.0
+    q, rate, K = scene.layout.q0, 50.0, scene.rows[0, laws.K]
+    own = scene.layout.node_dofs["hub"][0] + np.arange(12)
+    vectors = q[own].reshape(4, 3) - np.outer([1.0, 0.0, 0.0, 0.0], POINT)
+    v = np.zeros(scene.n)
+    v[own] = np.cross(rate * OBLIQUE, vectors).ravel()
+    moment = -scene.force(q, v) @ v / rate
+    slip = rate * scene.rows[0, laws.RADIUS]
+    mu = scene.rows[0, laws.KINETIC] * slip / (slip + scene.rows[0, laws.EPS])
+    mu += scene.rows[0, laws.VISCOUS] * slip
+    press = K * abs(clearance) ** 1.5
+    assert moment == pytest.approx(-mu * press * scene.rows[0, laws.RADIUS], rel=1e-9)
+    aside, part = q.copy(), 1e-6 * abs(clearance)
+    aside[own[:3]] += part * OUT
+    push = scene.force(aside, 0.0 * v)[own[:3]] @ OUT / part
+    assert push == pytest.approx(3.0 * K * np.sqrt(abs(clearance)), rel=1e-4)
+
+
 @pytest.mark.parametrize("law", ["exact", "lankarani-nikravesh", "hua2026"])
 @pytest.mark.parametrize("stiffness", ["hertz-external", "linear"])
 def test_a_ball_rebounds_from_the_bearing_as_its_law_delivers(law, stiffness):
