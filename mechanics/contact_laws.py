@@ -51,8 +51,9 @@ NONE, REGULARISED, STICK, STRIBECK, LUGRE, RISING = range(6)
 RANGE = 0.9
 """Part of its largest force, P/e², up to which the law of the cylinder is used [-]."""
 _STEEP = -log(RANGE)
-_LAST_FORCE = RANGE * exp(-2.0)  # in P
-_LAST_DEPTH = _LAST_FORCE * (1.0 + _STEEP)  # in P/K
+LAST_FORCE = RANGE * exp(-2.0)
+"""Largest force for which the law of the cylinder is used, in P [-]."""
+_LAST_DEPTH = LAST_FORCE * (1.0 + _STEEP)  # in P/K
 SLIDING = 0.95
 """Part of their steady deflection at which bristles of the LuGre law count as sliding [-]."""
 LEAST = 1e-12
@@ -108,7 +109,7 @@ def _cylinder(depth, stiffness, limit):
     reach = stiffness * depth
     bound = max(limit, 0.0)
     if reach >= _LAST_DEPTH * bound:
-        return _LAST_FORCE * bound + (reach - _LAST_DEPTH * bound) / _STEEP, stiffness / _STEEP
+        return LAST_FORCE * bound + (reach - _LAST_DEPTH * bound) / _STEEP, stiffness / _STEEP
     y = _larger_root(log(min(limit / reach, 1e300)) - 2.0)
     return reach / y, stiffness / (y - 1.0)
 
@@ -181,7 +182,7 @@ def _cylinder_depth(energy, stiffness, limit):
     last = _LAST_DEPTH * bound / stiffness
     missing = energy - _cylinder_energy(last, stiffness, limit)
     if missing >= 0.0:
-        force, steep = _LAST_FORCE * bound, stiffness / _STEEP
+        force, steep = LAST_FORCE * bound, stiffness / _STEEP
         return last + 2.0 * missing / (force + sqrt(force**2 + 2.0 * steep * missing))
     # with r = 2 y - 1 the energy is P²/(4 K) r e^(-3 - r)
     part = max(4.0 * energy / limit * (stiffness / limit), 1e-300)

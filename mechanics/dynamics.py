@@ -12,7 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanics import kernels, march
-from mechanics.contact_laws import APPROACH, HISTORIES, HISTORY, STEP
+from mechanics.contact_laws import (
+    APPROACH,
+    CYLINDER,
+    HISTORIES,
+    HISTORY,
+    LAST_FORCE,
+    LAW,
+    STEP,
+    P,
+)
 from mechanics.march import Rows
 from mechanics.schemes import Scheme
 from mechanics.system import HOLDING, Coefficients, Factors, System, flat
@@ -281,8 +290,11 @@ def advance(
     while True:
         w = _memory(system, control, window, carried, latched, full)
         how, count, worst = march.march(window.packed or system.packed, w)
+        rows = _rows(system, w, count)
+        if why := _outside(system, window, rows):
+            return state, carried.lost, why
         if observe is not None and count:
-            observe(_rows(system, w, count))
+            observe(rows)
         carried = _returned(system, w)
         if how == march.LATCHED:
             how = _latch(system, window, carried, latched)
@@ -291,6 +303,28 @@ def advance(
         if how not in (march.DONE, march.FULL):
             why = f"{_reason(system, how, worst)}, at t = {carried.clock[0]:.9g} s"
             return state, carried.lost, why
+
+
+def _outside(system: System, window: Window, rows: Rows) -> str:
+    """Which contact, if any, is pressed beyond the range of its law."""
+    at = system.program.contact_at
+    if not len(at) or not len(rows.t):
+        return ""
+    coef = flat(window.c0)
+    most = np.where(coef[at + LAW] == CYLINDER, LAST_FORCE * coef[at + P], np.inf)
+    step, contact = np.nonzero(
+        rows.response[:, :, march.ELASTIC] > np.where(most > 0, most, np.inf)
+    )
+    if not step.size:
+        return ""
+    force, name = (
+        rows.response[step[0], contact[0], march.ELASTIC],
+        system.contact_names[contact[0]],
+    )
+    return (
+        f"joint {name!r} is pressed with {force:.4g} N, Johnson's law of the cylinder holds up to "
+        f"{most[contact[0]]:.4g} N, at t = {rows.t[step[0]]:.9g} s"
+    )
 
 
 def _reason(system: System, how: int, worst: int) -> str:
