@@ -310,7 +310,7 @@ def test_the_loss_of_elastic_impacts_falls_with_the_square_of_the_steps():
 def test_a_cylinder_pressed_beyond_the_range_of_its_law_says_so():
     """P/e² is the largest force of Johnson's law, .9 of it the largest that is used."""
     made = flying("cylindrical", 0, SPEED, law(0.85, 1e4, "cylinder"))
-    with pytest.raises(RuntimeError, match="holds up to .* N, at t = ") as stopped:
+    with pytest.raises(RuntimeError, match=r"holds up to .* N, at t = ") as stopped:
         run(made, 10.0 * FLIGHT, steps(FLIGHT))
     assert "'j.end_" in str(stopped.value)
 
