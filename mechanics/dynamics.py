@@ -290,11 +290,10 @@ def advance(
     while True:
         w = _memory(system, control, window, carried, latched, full)
         how, count, worst = march.march(window.packed or system.packed, w)
-        rows = _rows(system, w, count)
-        if why := _outside(system, window, rows):
+        if system.contacts and (why := _outside(system, window, _rows(system, w, count))):
             return state, carried.lost, why
         if observe is not None and count:
-            observe(rows)
+            observe(_rows(system, w, count))
         carried = _returned(system, w)
         if how == march.LATCHED:
             how = _latch(system, window, carried, latched)
@@ -307,10 +306,7 @@ def advance(
 
 def _outside(system: System, window: Window, rows: Rows) -> str:
     """Which contact, if any, is pressed beyond the range of its law."""
-    at = system.program.contact_at
-    if not len(at) or not len(rows.t):
-        return ""
-    coef = flat(window.c0)
+    at, coef = system.program.contact_at, flat(window.c0)
     most = np.where(coef[at + LAW] == CYLINDER, LAST_FORCE * coef[at + P], np.inf)
     step, contact = np.nonzero(
         rows.response[:, :, march.ELASTIC] > np.where(most > 0, most, np.inf)
