@@ -26,8 +26,18 @@ from scipy.sparse import csr_array
 
 from mechanics import clearance_kernels as kernels
 from mechanics import contact
-from mechanics.clearance_kernels import BALL, CENTRE, RING, VERTEX
-from mechanics.contact_laws import CLEARANCE, CORE, FRICTION, LAW, RADIUS, SLOT
+from mechanics.clearance_kernels import BALL, RING, VERTEX
+from mechanics.contact_laws import (
+    ACTIVE,
+    CENTRE,
+    CLEARANCE,
+    CORE,
+    FRICTION,
+    LAW,
+    RADIUS,
+    SEIZED,
+    SLOT,
+)
 from mechanics.description import (
     Clearance,
     ClearanceCylindrical,
@@ -44,9 +54,6 @@ from mechanics.layout import Layout, Side
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-SEIZED = 1.0 / 3.0
-"""Core of a joint without clearance, in its interference: the stiffness sideways is then that of
-two opposite contacts, 3 K |c|^1/2 by Hertz [-]."""
 FLANGE = 1.5
 """Radius of the flanges, in radii of the pin, where none is given [-]."""
 VERTICES = 3
@@ -136,9 +143,11 @@ class Joints:
 
     def partition(self, T: Array) -> Array:
         """(n_j, 2) float [-]  share of the frictional heat of journal and bearing."""
-        at = T[self.points, 0]
-        weights = [_heat_weights(j, *t) for j, t in zip(self.joints, at, strict=True)]
-        return np.array(weights) / np.sum(weights, axis=1, keepdims=True)
+        each = zip(self.joints, T[self.points, 0], strict=True)
+        return np.array([
+            contact.heat_shares(j.friction, (j.journal_material, j.bearing_material), t)
+            for j, t in each
+        ])  # fmt: skip
 
     def deposit(self, T: Array, work: Array, response: Array) -> Array:
         """(m,) float [J]  heat at the temperature points from ``work`` (n_c,) [J] of friction."""
@@ -331,21 +340,15 @@ _POINTS: dict[type, Callable] = {
 
 
 def _check(joint: Clearance) -> None:
-    law, friction = joint.contact, joint.friction
-    known = law.stiffness in contact.STIFFNESS and law.dissipation in contact.DISSIPATION
-    if not known:
-        raise ValueError(f"joint {joint.name!r}: unknown law {law.stiffness}, {law.dissipation}")
-    if friction is not None and friction.law not in contact.FRICTION:
-        raise ValueError(f"joint {joint.name!r}: unknown friction {friction.law!r}")
-    if law.value is None and (why := _lacking(joint)):
+    if why := contact.refusal(joint.contact, joint.friction) or _lacking(joint):
         raise ValueError(f"joint {joint.name!r}: {why}")
 
 
 def _lacking(joint: Clearance) -> str:
     """What a stiffness from radii and materials lacks; "" if nothing."""
     stiffness = joint.contact.stiffness
-    if stiffness == "linear":
-        return "a linear contact needs its stiffness"
+    if joint.contact.value is not None:
+        return ""
     flat = isinstance(joint, ClearanceTranslational)
     if stiffness == "cylinder" and (flat or getattr(joint, "length", None) is None):
         return "the law of a cylinder in a bore needs the length of the bore"
@@ -362,7 +365,7 @@ def _coefficients(joint: Clearance, point: Point, Tj: float, Tb: float) -> Array
     strain = joint.journal_material.thermal_strain(Tj, joint.reference_temperature)
     bore = joint.bearing_material.thermal_strain(Tb, joint.reference_temperature)
     c = np.zeros(SLOT)
-    c[kernels.ACTIVE] = 1.0
+    c[ACTIVE] = 1.0
     c[CLEARANCE] = point.gap(strain, bore)
     c[RADIUS] = point.radius * (1.0 + strain)
     c[LAW:FRICTION] = _normal(joint, point, Tj, Tb)
@@ -376,19 +379,12 @@ def _normal(joint: Clearance, point: Point, Tj: float, Tb: float) -> Array:
     law = point.law
     sides = (joint.journal_material, Tj), (joint.bearing_material, Tb)
     elastic = [f(T) for m, T in sides for f in (m.youngs_modulus, m.poissons_ratio)]
-    if law.value is None and np.isinf(point.bearing_radius):
-        law = replace(law, stiffness="hertz-external",
-                      value=float(contact.hertz_stiffness(point.radius, *elastic)))  # fmt: skip
+    if law.value is None and np.isinf(point.bearing_radius):  # a corner at a wall
+        law = replace(law, stiffness="hertz-external")
     gap = point.bearing_radius - point.radius
-    columns = contact.law_columns(law, point.radius, gap, point.length, point.share, *elastic)
-    factor = contact.DISSIPATION[law.dissipation](law.restitution)
-    return np.array([*columns, factor, law.reference_speed or 0.0])
-
-
-def _heat_weights(joint: Clearance, Tj: float, Tb: float) -> tuple[float, ...]:
-    weight = contact.PARTITION[joint.friction.partition if joint.friction else "effusivity"]
-    pairs = ((joint.journal_material, Tj), (joint.bearing_material, Tb))
-    return tuple(weight(m.conductivity(T), m.density, m.heat_capacity(T)) for m, T in pairs)
+    return np.array(
+        contact.normal_columns(law, point.radius, gap, point.length, point.share, *elastic)
+    )
 
 
 # ----------------------------------------------------------------------------- what meets

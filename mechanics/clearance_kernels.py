@@ -22,6 +22,7 @@ from numba import njit
 
 from mechanics.contact_laws import (
     ACTIVE,
+    CENTRE,
     CLEARANCE,
     COLUMNS,
     CORE,
@@ -47,9 +48,6 @@ RING, BALL, VERTEX = range(3)
 POINT = 8
 """Geometry of a contact point: kind; height of the end of the bore along b3, or the corner (3) in
 the triad of the journal; normal (3) and distance of the wall."""
-CENTRE = 1e-6
-"""Distance in clearances that the radius keeps at the centre, so that its direction is smooth
-there: ρ² = e·e + core² [-]."""
 _STEP = 1e-30  # of the imaginary parts
 
 

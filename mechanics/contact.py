@@ -5,9 +5,9 @@ coefficients of friction; shares of the frictional heat; change of the clearance
 and what the compiled laws (``mechanics.contact_laws``) are told of a description.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from scipy.special import beta, lambertw
 
 from mechanics import contact_laws as laws
 from mechanics.description import Friction, NormalContact
+from meshes.materials import Material
 
 Array = NDArray[np.float64]
 Value = float | Array  # functions work element by element
@@ -116,6 +117,23 @@ def law_columns(
         K = share * _stiffness(contact.stiffness, radius, clearance, length, *elastic)
     P = 4.0 * K * clearance if cylinder else EXPONENT[contact.stiffness]
     return float(STIFFNESS[contact.stiffness]), K, P
+
+
+def normal_columns(contact: NormalContact, *geometry: Any) -> tuple[Value, ...]:
+    """Columns LAW to REFERENCE of ``mechanics.contact_laws``: ``law_columns``, factor, speed."""
+    factor = DISSIPATION[contact.dissipation](contact.restitution)
+    return (*law_columns(contact, *geometry), factor, contact.reference_speed or 0.0)
+
+
+def refusal(contact: NormalContact, friction: Friction | None) -> str:
+    """What is wrong with the laws of a joint, wherever it touches; "" if nothing."""
+    if contact.stiffness not in STIFFNESS or contact.dissipation not in DISSIPATION:
+        return f"unknown law {contact.stiffness}, {contact.dissipation}"
+    if friction is not None and friction.law not in FRICTION:
+        return f"unknown friction {friction.law!r}"
+    if contact.stiffness == "linear" and contact.value is None:
+        return "a linear contact needs its stiffness"
+    return ""
 
 
 def _stiffness(
@@ -310,6 +328,18 @@ PARTITION: dict[str, Callable] = {
 }
 """Weight of a body in the partition of frictional heat: equal temperatures of the two faces
 (Carslaw & Jaeger 1959, sec. 2.15), and the product as Hua et al. 2026 print it."""
+
+
+def heat_shares(
+    friction: Friction | None, materials: Sequence[Material], temperatures: Sequence[float]
+) -> Array:
+    """(2,) [-]  shares of the frictional heat of two bodies at their temperatures [K]."""
+    weight = PARTITION[friction.partition if friction else "effusivity"]
+    each = zip(materials, temperatures, strict=True)
+    weights = np.array([
+        float(weight(m.conductivity(T), m.density, m.heat_capacity(T))) for m, T in each
+    ])  # fmt: skip
+    return weights / weights.sum()
 
 
 def classify(

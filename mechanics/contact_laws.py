@@ -39,6 +39,12 @@ LAW, K, P, FACTOR, REFERENCE = range(12, 17)
 σ0 [1/m], σ1 [s/m], all over normal force; rate [1/s^m] and exponent m of rising friction."""
 CORE = 27
 """Distance that the radius keeps at the centre [m]."""
+CENTRE = 1e-6
+"""The core in clearances: only so that the direction of the radius is smooth at the centre,
+rho^2 = e.e + core^2 [-]."""
+SEIZED = 1.0 / 3.0
+"""The core of a joint without clearance, in its interference: the stiffness sideways is then that
+of two opposite contacts, 3 K |c|^1/2 by Hertz [-]."""
 SLOT = 28
 COLUMNS = 32
 """Columns of the response of a contact, see ``mechanics.march``."""

@@ -290,7 +290,7 @@ def advance(
     while True:
         w = _memory(system, control, window, carried, latched, full)
         how, count, worst = march.march(window.packed or system.packed, w)
-        if system.contacts and (why := _outside(system, window, _rows(system, w, count))):
+        if system.contacts and (why := _outside(system, window, w, count)):
             return state, carried.lost, why
         if observe is not None and count:
             observe(_rows(system, w, count))
@@ -304,22 +304,22 @@ def advance(
             return state, carried.lost, why
 
 
-def _outside(system: System, window: Window, rows: Rows) -> str:
-    """Which contact, if any, is pressed beyond the range of its law."""
+def _outside(system: System, window: Window, w: march.Memory, count: int) -> str:
+    """Which contact, if any, was pressed beyond the range of its law in the steps that are kept."""
     at, coef = system.program.contact_at, flat(window.c0)
-    most = np.where(coef[at + LAW] == CYLINDER, LAST_FORCE * coef[at + P], np.inf)
-    step, contact = np.nonzero(
-        rows.response[:, :, march.ELASTIC] > np.where(most > 0, most, np.inf)
-    )
+    bounded = (coef[at + LAW] == CYLINDER) & (coef[at + P] > 0.0)
+    if not bounded.any():
+        return ""
+    most = np.where(bounded, LAST_FORCE * coef[at + P], np.inf)
+    rows = march.field(w, march.ROW_RESPONSE, ROWS, len(at), march.COLUMNS)[:count]
+    step, contact = np.nonzero(rows[:, :, march.ELASTIC] > most)
     if not step.size:
         return ""
-    force, name = (
-        rows.response[step[0], contact[0], march.ELASTIC],
-        system.contact_names[contact[0]],
-    )
+    k, j = step[0], contact[0]
     return (
-        f"joint {name!r} is pressed with {force:.4g} N, Johnson's law of the cylinder holds up to "
-        f"{most[contact[0]]:.4g} N, at t = {rows.t[step[0]]:.9g} s"
+        f"joint {system.contact_names[j]!r} is pressed with {rows[k, j, march.ELASTIC]:.4g} N, "
+        f"Johnson's law of the cylinder holds up to {most[j]:.4g} N, "
+        f"at t = {march.field(w, march.ROW_T)[k]:.9g} s"
     )
 
 

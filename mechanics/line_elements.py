@@ -125,6 +125,12 @@ def arc_lengths(r: Array, r_x: Array) -> Array:
     return L
 
 
+def node_places(points: Array, axes: Array) -> Array:
+    """(n,) arc lengths [m] from the first node of a line body with section triads (n, 3, 3)."""
+    lengths = arc_lengths(pairs([points]), pairs([np.asarray(axes, float)[:, 0]]))
+    return np.concatenate([[0.0], np.cumsum(lengths)])
+
+
 def tangents(r: Array, r_x: Array, length: Array) -> Array:
     """(n_e, 3, 3) r' at the three Gauss points."""
     c = (r[:, 1] - r[:, 0]) / length[:, None]

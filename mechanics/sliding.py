@@ -21,7 +21,7 @@ from mechanics.constraints import Constraints, Limit, Row, needed
 from mechanics.description import Beam, Site, Sliding
 from mechanics.joint_rows import held
 from mechanics.layout import PLACE, Layout, Side, family_of
-from mechanics.line_elements import arc_lengths
+from mechanics.line_elements import node_places
 from mechanics.relative import PRODUCT, WIDTH
 from mechanics.sliding_kernels import (
     A_WEIGHTS,
@@ -86,9 +86,7 @@ def _check(a: Side, b: Side) -> None:
 def _track(joint: Sliding, layout: Layout) -> Track:
     body = layout.bodies[joint.body]
     assert isinstance(body, Beam)  # the layout has checked
-    points, slopes = np.asarray(body.points, float), np.asarray(body.axes, float)[:, 0]
-    pairs = [np.stack([x[:-1], x[1:]], axis=1) for x in (points, slopes)]
-    lengths = np.concatenate([[0.0], np.cumsum(arc_lengths(*pairs))])
+    lengths = node_places(body.points, body.axes)
     nodes = layout.node_dofs[joint.body]
     return Track(body, int(nodes[0]), layout.kinds[joint.body], nodes.size, lengths)
 

@@ -26,6 +26,7 @@ from mechanics import telescope_kernels as kernels
 from mechanics.contact_laws import (
     ACTIVE,
     BRISTLE,
+    CENTRE,
     CLEARANCE,
     CORE,
     FRICTION,
@@ -39,7 +40,7 @@ from mechanics.contact_laws import (
 from mechanics.description import Beam, Telescope
 from mechanics.elements import FAMILIES
 from mechanics.layout import Layout, family_of
-from mechanics.line_elements import arc_lengths, pairs
+from mechanics.line_elements import node_places
 from mechanics.march import PLACE
 from mechanics.telescope_kernels import LENGTHS, OWN, PLACED, RIM, SIGN, VECTORS, WEIGHTS
 
@@ -48,9 +49,6 @@ Indices = NDArray[np.intp]
 
 ROUNDING = 0.1
 """Radius of the rims of both tubes, in radii of the inner one [-]."""
-CENTRE = 1e-6
-"""Distance in clearances that the radius keeps at the centre, so that its direction is smooth there
-[-]."""
 _PLACED = [CLEARANCE, K, KINETIC, STATIC, BRISTLE]
 
 
@@ -260,8 +258,7 @@ def _tube(name: str, layout: Layout) -> Tube:
         raise ValueError(f"there is no body {name!r}")
     if not isinstance(body, Beam) or family_of(body).vectors != FAMILIES["beam3243"].vectors:
         raise ValueError(f"{name!r} is no beam whose nodes have a position, r_x, r_y and r_z")
-    ends, slopes = pairs([body.points]), pairs([np.asarray(body.axes, float)[:, 0]])
-    lengths = np.concatenate([[0.0], np.cumsum(arc_lengths(ends, slopes))])
+    lengths = node_places(body.points, body.axes)
     return Tube(body, layout.node_dofs[name], layout.point_index[name], lengths)
 
 
@@ -271,14 +268,10 @@ def _check(joint: Telescope) -> None:
         raise ValueError(f"the mouth is at 'start' or 'end', not {joint.mouth!r}")
     if not (joint.radius > 0.0 and joint.clearance > 0.0 and joint.stations >= 0):
         raise ValueError("radius and clearance are positive, the number of stations not negative")
-    if law.stiffness not in contact.STIFFNESS or law.dissipation not in contact.DISSIPATION:
-        raise ValueError(f"unknown law {law.stiffness}, {law.dissipation}")
+    if why := contact.refusal(law, friction):
+        raise ValueError(why)
     if law.stiffness == "cylinder":
         raise ValueError("stations are points, to which the law of a cylinder in a bore is foreign")
-    if law.stiffness == "linear" and law.value is None:
-        raise ValueError("a linear contact needs its stiffness")
-    if friction is not None and friction.law not in contact.FRICTION:
-        raise ValueError(f"unknown friction {friction.law!r}")
 
 
 def _check_inside(stations: Sequence[Station], feet: Array) -> None:
@@ -357,22 +350,15 @@ def _normal(
     law, elastic = joint.contact, []
     for tube, t in zip(tubes, at, strict=True):
         elastic += [tube.body.material.youngs_modulus(t), tube.body.material.poissons_ratio(t)]
-    columns = contact.law_columns(law, joint.radius, joint.clearance, None, 1.0, *elastic)
-    factor = contact.DISSIPATION[law.dissipation](law.restitution)
-    return (*columns, factor, law.reference_speed or 0.0)
+    return contact.normal_columns(law, joint.radius, joint.clearance, None, 1.0, *elastic)
 
 
-def _partition(station: Station, place: float, T: Array) -> tuple[float, float]:
+def _partition(station: Station, place: float, T: Array) -> Array:
     """Share of the frictional heat of the own and of the other tube."""
-    friction = station.joint.friction
-    weight = contact.PARTITION[friction.partition if friction else "effusivity"]
-    weights = []
-    for tube, s in ((station.own, station.place), (station.other, place)):
-        material, t = tube.body.material, tube.at(T[tube.points], s)
-        weights.append(
-            float(weight(material.conductivity(t), material.density, material.heat_capacity(t)))
-        )
-    return weights[0] / sum(weights), weights[1] / sum(weights)
+    tubes, places = (station.own, station.other), (station.place, place)
+    at = [tube.at(T[tube.points], s) for tube, s in zip(tubes, places, strict=True)]
+    materials = [tube.body.material for tube in tubes]
+    return contact.heat_shares(station.joint.friction, materials, at)
 
 
 def _mobility(station: Station, place: float, diagonal: Array) -> float:

@@ -28,6 +28,7 @@ from mechanics.contact_laws import (
     CORE,
     KINETIC,
     RADIUS,
+    SEIZED,
     SLOT,
     STATIC,
     K,
@@ -50,8 +51,6 @@ VECTORS = 8
 """Vectors of an element of the other tube, and the most that a section has."""
 FAR = 2.0
 """Radii of the tube beyond an end where no station touches [-]."""
-SEIZED = 1.0 / 3.0
-"""Core of a tube that has no clearance, in overlaps -c [-]."""
 LOCAL = 12
 """Local vectors: the own section, two nodes of the other tube."""
 _STEP = 1e-30  # of the imaginary parts

@@ -349,10 +349,13 @@ def slider_crank(
     angle, turning = m.rod_angle(0.0)
     x, v, _ = m.ideal(0.0)
     start = [angle, float(x), turning, float(v), 0.0, 0.0, 0.0]
-    path = march(
-        loose.rate, loose.gaps, start, np.linspace(0.0, t_end, samples), 1e-3 * 2 * pi / m.speed
-    )
-    return loose.swing(path)
+    return _swung(loose, start, np.linspace(0.0, t_end, samples))
+
+
+def _swung(loose: "_Pin | _Block", start: Sequence[float], times: Array) -> Swing:
+    """Motion of a slider-crank with something loose, in steps of a thousandth of a turn at most."""
+    largest = 1e-3 * 2 * pi / loose.mechanism.speed
+    return loose.swing(march(loose.rate, loose.gaps, start, times, largest))
 
 
 @dataclass(frozen=True)
@@ -454,10 +457,7 @@ def slider_in_guide(
     loose = _Block(m, law, clearance, length, height)
     angle, turning = m.rod_angle(0.0)
     start = [angle, 0.0, turning, 0.0, 0.0, 0.0, 0.0]
-    path = march(
-        loose.rate, loose.gaps, start, np.linspace(0.0, t_end, samples), 1e-3 * 2 * pi / m.speed
-    )
-    return loose.swing(path)
+    return _swung(loose, start, np.linspace(0.0, t_end, samples))
 
 
 @dataclass(frozen=True)

@@ -124,6 +124,12 @@ def meeting_mass(mobility, j, r):
     return square / give
 
 
+@inner
+def _speed_as_deep(mass, depth, row):
+    """Approach speed [m/s] of an elastic impact that goes as deep."""
+    return sqrt(2.0 * stored(depth, row) / mass)
+
+
 @njit(cache=True, error_model="numpy")
 def note_approach(contact_at, coef, mobility, response, approach):
     """Approach speed of each running impact: the largest since its onset; 0 once it is over.
@@ -141,7 +147,7 @@ def note_approach(contact_at, coef, mobility, response, approach):
             row = coef[contact_at[j] : contact_at[j] + SLOT]
             largest = max(approach[j], rate, row[APPROACH])
             mass = meeting_mass(mobility, j, response[j])
-            largest = max(largest, PRESSED * sqrt(2.0 * stored(gap, row) / mass))
+            largest = max(largest, PRESSED * _speed_as_deep(mass, gap, row))
             approach[j] = largest if largest > 0.0 else UNMEASURED
         else:
             approach[j] = 0.0
@@ -166,8 +172,8 @@ def _impact_rung(p, w, response):
         if speed == 0.0:
             continue
         mass = meeting_mass(mobility, j, response[j])
-        pressed = sqrt(2.0 * stored(response[j, DEPTH], row) / mass)
-        if abs(response[j, DEPTH_RATE]) > VIOLENT * max(speed, pressed):
+        as_deep = _speed_as_deep(mass, response[j, DEPTH], row)
+        if abs(response[j, DEPTH_RATE]) > VIOLENT * max(speed, as_deep):
             last = duration(mass, max(speed, 1e-9), row)
             rung = max(rung, rung_below(s, last / _impact_steps(s)))
     return rung
