@@ -280,7 +280,7 @@ def test_all_problems_are_listed_at_once():
     assert len(str(error.value).splitlines()) == 4
 
 
-@pytest.mark.parametrize(("name", "module"), [("line", "sdirk"), ("lumped", "trbdf2")])
+@pytest.mark.parametrize(("name", "module"), [("line", "integration"), ("lumped", "trbdf2")])
 def test_a_history_too_rough_for_any_step_is_a_reason(name, module, monkeypatch):
     """A source that is noise at every scale ends in a sentence, not in a hang."""
     monkeypatch.setattr(f"thermal.{module}.STEPS", 500)

@@ -18,6 +18,7 @@ from thermal.description import (
     Part,
     Place,
     Radiation,
+    Settings,
     Source,
     Wall,
 )
@@ -75,7 +76,7 @@ def test_order_in_time_with_varying_properties_radiation_and_moving_boundary():
         Fixed("root", Place("fin", "start"), lambda t: 400.0 + 80.0 * np.sin(0.1 * t)),
         Radiation("space", "fin", 0.9, lambda t: 250.0 + 5.0 * t),
     )
-    net = LumpedHeat(Description((fin,), conditions=conditions), tolerance=inf)
+    net = LumpedHeat(Description((fin,), conditions=conditions), Settings(tolerance=inf))
     mass = 2700.0 * fin.section.area * 0.025 * np.array([1, 1, 1, 0.5])
 
     def rate(t, free):
@@ -94,7 +95,7 @@ def test_order_in_space_after_a_step():
     for elements in (20, 40, 80):
         bar = member("bar", 0.1, elements)
         face = Fixed("face", Place("bar", "start"), still(400.0))
-        net = LumpedHeat(Description((bar,), conditions=(face,)), 1e-5)
+        net = LumpedHeat(Description((bar,), conditions=(face,)), Settings(1e-5))
         exact = 300 + 100 * erfc(net.x[:, 0] / (2 * sqrt(diffusivity * 3.0)))
         errors.append(np.abs(run(net, 3.0) - exact).max())
     assert (orders(errors) > 1.9).all()
@@ -105,16 +106,19 @@ def test_error_estimate_is_the_error_of_a_linear_decay():
     block = Part("block", np.zeros(3), plain(), 1.0, 400.0)
     air = Link("air", Place("block"), still(300.0), 8.96)  # rate 0.01 1/s
     d = Description((), (block,), (air,))
-    whole = run(LumpedHeat(d, inf), 10.0)[0]
+    whole = run(LumpedHeat(d, Settings(inf)), 10.0)[0]
     error = abs(whole - 300.0 - 100.0 * exp(-0.1))
-    assert run(LumpedHeat(d, 1.25 * error), 10.0)[0] == whole
-    assert run(LumpedHeat(d, 0.8 * error), 10.0)[0] == run(LumpedHeat(d, inf), 10.0, 2)[0]
+    assert run(LumpedHeat(d, Settings(1.25 * error)), 10.0)[0] == whole
+    assert (
+        run(LumpedHeat(d, Settings(0.8 * error)), 10.0)[0]
+        == run(LumpedHeat(d, Settings(inf)), 10.0, 2)[0]
+    )
 
 
 def test_huge_step_of_a_decay_leaves_nothing():
     block = Part("block", np.zeros(3), plain(), 1.0, 400.0)
     air = Link("air", Place("block"), still(300.0), 8.96e12)
-    T = run(LumpedHeat(Description((), (block,), (air,)), inf), 1.0)
+    T = run(LumpedHeat(Description((), (block,), (air,)), Settings(inf)), 1.0)
     assert T[0] == pytest.approx(300.0, abs=1e-6)
 
 
@@ -147,7 +151,7 @@ def test_harmonics_of_the_circumference_converge_with_the_square_of_the_angle():
     """exp(-k m^2 t / (rho c R^2)) for m = 1 as the points become more."""
     t, errors = RADIUS**2 * 2700.0 * 896.0 / 167.0, []
     for n in (8, 16, 32):
-        net = LumpedHeat(Description((member(wall_points=n, elements=1),)), 1e-6)
+        net = LumpedHeat(Description((member(wall_points=n, elements=1),)), Settings(1e-6))
         wave = np.tile(np.cos(2 * pi * np.arange(n) / n), 2)
         errors.append(abs(run(net, t, T=300.0 + 10.0 * wave)[0] - 300.0 - 10.0 * exp(-1)))
     assert (orders(errors) > 1.95).all()

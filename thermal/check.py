@@ -206,9 +206,10 @@ def _condition_problems(d: Description, c: Condition) -> list[str]:
 
 
 def _member_missing(d: Description, kind: str, c: Wall | Flux | Radiation) -> list[str]:
-    if c.member in [m.name for m in d.members]:
+    name = c.member if isinstance(c, Wall) else c.body
+    if name in [m.name for m in d.members]:
         return []
-    return [f"{kind} '{c.name}': there is no member '{c.member}'"]
+    return [f"{kind} '{c.name}': there is no member '{name}'"]
 
 
 def _given_twice(d: Description) -> list[str]:

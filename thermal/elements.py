@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array, diags_array
 
 from thermal.circumference import cardinal, half_cosine_loads
-from thermal.description import Description, Flux, Member, Part, Place, Radiation, Source
-from thermal.layout import arclength, place_nodes
-from thermal.terms import STEFAN_BOLTZMANN, Along, Around, Links, Radiating, Storage, Supply
+from thermal.description import Description, Member, Part
+from thermal.discretisation import Block
+from thermal.layout import arclength
+from thermal.terms import Along, Around, Storage
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -146,53 +146,47 @@ def _volumes(members: Sequence[Member], lines: Sequence[Line]) -> list[Array]:
     return [m.section.area / _angles(m) * line.lengths for m, line in pairs]
 
 
-def radiating_terms(
-    description: Description, lines: Mapping[str, Line], regions: Regions
-) -> list[Radiating]:
-    """One term for each radiation condition."""
-    members = {m.name: m for m in description.members}
-    conditions = [c for c in description.conditions if isinstance(c, Radiation)]
-    return [_radiating(c, members[c.member], lines[c.member], regions) for c in conditions]
-
-
-def _radiating(c: Radiation, m: Member, line: Line, regions: Regions) -> Radiating:
+def outer_face(m: Member, line: Line, regions: Regions) -> Block:
+    """The outer face of a member, at angles round each station."""
     values = cardinal(m.wall_points).values
-    face = m.section.outer_perimeter / len(values) * line.lengths
-    factor = STEFAN_BOLTZMANN * c.emissivity * face
-    return Radiating(c.name, _stations(m, regions), factor, values, c.sink)
+    angles, stations = len(values), len(m.points)
+    share = m.section.outer_perimeter / angles
+    phi = 2.0 * np.pi / angles * np.arange(angles)
+    axes = np.asarray(m.axes, dtype=float)
+    normals = np.cos(phi)[:, None] * axes[:, None, 1] + np.sin(phi)[:, None] * axes[:, None, 2]
+    points = np.asarray(m.points, dtype=float)[:, None] + 0.5 * m.section.height * normals
+    return Block(
+        _stations(m, regions),
+        values,
+        np.repeat(share * line.lengths[:, None], angles, axis=1),
+        points,
+        normals,
+        np.empty((stations, 0, 3)),
+    )
 
 
-def supplies(description: Description, lines: Mapping[str, Line], regions: Regions) -> list[Supply]:
-    """Fluxes and sources as constant loads times a history."""
-    members = {m.name: m for m in description.members}
-    found = []
-    for c in description.conditions:
-        loads = np.zeros(_size(regions))
-        if isinstance(c, Source):
-            nodes = place_nodes(description, regions, c.place)
-            loads[nodes] = 1.0 / len(nodes)
-            found.append(Supply(c.name, loads, c.power))
-        elif isinstance(c, Flux):
-            widths = absorbing_widths(members[c.member], c)
-            loads[regions[c.member]] = (widths * lines[c.member].lengths[:, None]).ravel()
-            found.append(Supply(c.name, loads, c.density))
-    return found
+def absorbing_loads(m: Member, line: Line, regions: Regions, direction: Array | None) -> Array:
+    """(n,) [m^2]  by which a flux density is absorbed."""
+    loads = np.zeros(_size(regions))
+    widths = absorbing_widths(m, direction)
+    loads[regions[m.name]] = (widths * line.lengths[:, None]).ravel()
+    return loads
 
 
 def _size(regions: Regions) -> int:
     return sum(len(nodes) for nodes in regions.values())
 
 
-def absorbing_widths(member: Member, flux: Flux) -> Array:
+def absorbing_widths(member: Member, direction: Array | None) -> Array:
     """(stations, wall_points) [m]  absorbing width of the outer contour, each point's share.
 
     Parallel rays see a round contour by its diameter and others by the rectangle of their height
     and width, times the sine of the angle between rays and member.
     """
     n, section = member.wall_points, member.section
-    if flux.direction is None:
+    if direction is None:
         return np.full((len(member.points), n), section.outer_perimeter / n)
-    rays = np.asarray(flux.direction, dtype=float)
+    rays = np.asarray(direction, dtype=float)
     facing = -np.asarray(member.axes, dtype=float)[:, 1:] @ (rays / np.linalg.norm(rays))
     across = np.hypot(facing[:, 0], facing[:, 1])[:, None]
     if n > 1:
@@ -201,33 +195,3 @@ def absorbing_widths(member: Member, flux: Flux) -> Array:
     if section.kind in ("tube", "circle"):
         return section.height * across
     return np.abs(facing) @ np.array([[section.width], [section.height]])
-
-
-def links(description: Description, regions: Regions) -> Links:
-    """All links of a description."""
-    rows: list[Indices] = [np.empty(0, np.intp)]
-    columns, weights = list(rows), [np.empty(0)]
-    for i, link in enumerate(description.links):
-        for place, sign in ((link.a, 1.0), (link.b, -1.0)):
-            if isinstance(place, Place):
-                nodes = place_nodes(description, regions, place)
-                rows.append(np.full(len(nodes), i))
-                columns.append(nodes)
-                weights.append(np.full(len(nodes), sign / len(nodes)))
-    entries = np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))
-    incidence = csr_array(entries, shape=(len(description.links), _size(regions)))
-    conductance = np.array([link.conductance for link in description.links], dtype=float)
-    outward = [
-        (i, link.name, link.b)
-        for i, link in enumerate(description.links)
-        if not isinstance(link.b, Place)
-    ]
-    return Links(
-        [name for _, name, _ in outward],
-        incidence,
-        incidence.T.tocsr(),
-        conductance,
-        np.array([i for i, _, _ in outward], dtype=np.intp),
-        tuple(history for _, _, history in outward),
-        coo_array(incidence.T @ diags_array(conductance) @ incidence),
-    )

@@ -14,7 +14,8 @@ from scipy.sparse import coo_array, csc_array
 
 from thermal import trbdf2
 from thermal.check import check
-from thermal.description import Description
+from thermal.description import DEFAULT, Description, Settings
+from thermal.heat import NOTHING, Outside
 from thermal.layout import given, given_nodes, layout
 from thermal.network import Network, network
 
@@ -28,12 +29,12 @@ class LumpedHeat:
     Parameters
     ----------
     description : Description
-    tolerance : float [K]  of the estimated error of each step within an interval
+    settings : Settings
     """
 
-    def __init__(self, description: Description, tolerance: float = 1e-3) -> None:
+    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         check(description)
-        self.tolerance = tolerance
+        self.tolerance = settings.tolerance
         self.x, self.regions, self._initial = layout(description)
         self._given = given(description, self.regions)
         self.free = np.setdiff1d(np.arange(len(self.x)), given_nodes(self._given))
@@ -50,7 +51,7 @@ class LumpedHeat:
         return float(self.heat(T).sum())
 
     def advance(
-        self, T: Array, t: float, h: float, heat: Array
+        self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
     ) -> tuple[Array, Mapping[str, float], str]:
         """Temperatures at ``t + h``, heat [J] through each boundary, reason; see ThermalSolver."""
         end = trbdf2.integrate(self, T, t, h, heat / h, self.tolerance)

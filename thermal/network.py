@@ -160,7 +160,7 @@ def _radiators(description: Description, regions: Regions) -> list[Radiator]:
     found = []
     for c in description.conditions:
         if isinstance(c, Radiation):
-            m = members[c.member]
+            m = members[c.body]
             area = m.section.outer_perimeter / m.wall_points * _cell_lengths(m)
             found.append(Radiator(c.name, regions[m.name], SIGMA * c.emissivity * area, c.sink))
     return found
@@ -171,7 +171,7 @@ def _feeds(description: Description, regions: Regions) -> list[Feed]:
     found = []
     for c in description.conditions:
         if isinstance(c, Flux):
-            m = members[c.member]
+            m = members[c.body]
             loads = _lit_widths(m, c.direction).ravel() * _cell_lengths(m)
             found.append(Feed(c.name, regions[m.name], loads, c.density))
         elif isinstance(c, Source):

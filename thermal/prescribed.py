@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermal.check import check
-from thermal.description import Description, Member, Part, Sheet
+from thermal.description import DEFAULT, Description, Member, Part, Settings, Sheet
+from thermal.heat import NOTHING, Outside
 from thermal.layout import arclength, given, given_nodes, layout, node_areas
 
 Array = NDArray[np.float64]
@@ -24,7 +25,7 @@ class PrescribedHeat:
     effect. What the heat balance lacks flows in from an unlimited reservoir.
     """
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         check(description)
         self.x, self.regions, self._initial = layout(description)
         self._given = given(description, self.regions)
@@ -46,7 +47,7 @@ class PrescribedHeat:
         return float(sum(mass @ m.enthalpy(T[nodes]) for nodes, m, mass, _ in self._bodies))
 
     def advance(
-        self, T: Array, t: float, h: float, heat: Array
+        self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
     ) -> tuple[Array, Mapping[str, float], str]:
         """Temperatures at ``t + h``, heat [J] from the reservoir, reason; see ThermalSolver."""
         end = self._at(T, t + h)

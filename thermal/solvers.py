@@ -3,7 +3,7 @@
 import importlib
 from typing import Any
 
-from thermal.description import Description, Faces
+from thermal.description import DEFAULT, Description, Faces, Settings
 
 SOLVERS = {
     "line": "thermal.line:LineHeat",
@@ -13,7 +13,7 @@ SOLVERS = {
 PRESCRIBED = "prescribed"
 
 
-def build(name: str, description: Description) -> Any:
+def build(name: str, description: Description, settings: Settings = DEFAULT) -> Any:
     """The solver ``name`` for ``description``; it has ``x``, ``regions`` and ``advance``.
 
     Only lines and parts conduct: the temperatures of sheets are always the prescribed ones.
@@ -23,16 +23,16 @@ def build(name: str, description: Description) -> Any:
     if name not in SOLVERS:
         raise ValueError(f"no thermal solver '{name}'; there are {', '.join(SOLVERS)}")
     if name == PRESCRIBED or not description.sheets:
-        return _load(name)(description)
+        return _load(name)(description, settings)
     from thermal.check import check
     from thermal.together import SideBySide
 
     check(description)
     conducting, sheets = _apart(description)
-    given = _load(PRESCRIBED)(sheets)
+    given = _load(PRESCRIBED)(sheets, settings)
     if not (conducting.members or conducting.parts):
         return given
-    return SideBySide(_load(name)(conducting), given)
+    return SideBySide(_load(name)(conducting, settings), given)
 
 
 def _load(name: str) -> Any:

@@ -14,15 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
 
 from meshes.materials import Material, Property
-from thermal.description import History
+from thermal.discretisation import weighted
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-STEFAN_BOLTZMANN = 5.670374419e-8  # [W/(m^2 K^4)]  CODATA 2018
 
 
 class Storage(NamedTuple):
@@ -73,49 +70,6 @@ class Along(NamedTuple):
     material: Material
 
 
-class Radiating(NamedTuple):
-    """Grey radiation of one condition.
-
-    dofs : (n, N) intp
-    factor : (n,) float [W/K^4]  emissivity * sigma * outer face belonging to station and angle
-    values : (M, N) float  C
-    """
-
-    name: str
-    dofs: Indices
-    factor: Array
-    values: Array
-    sink: History
-
-
-class Supply(NamedTuple):
-    """Power that does not depend on temperature: loads (n,) times a history."""
-
-    name: str
-    loads: Array
-    history: History
-
-
-class Links(NamedTuple):
-    """Conductances between places, or between a place and a given temperature.
-
-    names, histories : of the links to given temperatures [K]
-    incidence : (n_l, n) sparse  mean temperature of place a minus that of place b
-    spread : (n, n_l) sparse  its transpose
-    conductance : (n_l,) float [W/K]
-    outward : intp  the links to given temperatures
-    matrix : (n, n) sparse [W/K]  minus the derivative of the power
-    """
-
-    names: list[str]
-    incidence: csr_array
-    spread: csr_array
-    conductance: Array
-    outward: Indices
-    histories: tuple[History, ...]
-    matrix: coo_array
-
-
 def blend(T: Array, dofs: Indices, values: Array) -> Array:
     """(n, M) [K]  temperatures at the angles of each station."""
     return T[dofs] @ values.T
@@ -130,7 +84,7 @@ def add_heat(s: Storage, T: Array, out: Array) -> None:
 def capacity_blocks(s: Storage, T: Array) -> Array:
     """(n, N, N) [J/K]  derivative of the stored heat."""
     c = s.material.heat_capacity(blend(T, s.dofs, s.values))
-    return _weighted(s.mass[:, None] * c, s.values, s.values)
+    return weighted(s.mass[:, None] * c, s.values, s.values)
 
 
 def add_around(a: Around, T: Array, out: Array) -> None:
@@ -144,10 +98,10 @@ def around_blocks(a: Around, T: Array) -> Array:
     conductivity = a.material.conductivity
     at = blend(T, a.dofs, a.values)
     k = a.factor[:, None] * conductivity(at)
-    blocks = _weighted(k, a.slopes, a.slopes)
+    blocks = weighted(k, a.slopes, a.slopes)
     if not conductivity.is_constant:
         dk = a.factor[:, None] * conductivity.derivative(at) * blend(T, a.dofs, a.slopes)
-        blocks += _weighted(dk, a.slopes, a.values)
+        blocks += weighted(dk, a.slopes, a.values)
     return blocks
 
 
@@ -171,29 +125,8 @@ def along_blocks(a: Along, T: Array) -> Array:
         dk = conductivity.derivative(between) * (far - near)[:, None, :]
         by_near = by_near + np.einsum("eq,eqm->em", a.factor * a.shape[0], dk)
         by_far = by_far + np.einsum("eq,eqm->em", a.factor * a.shape[1], dk)
-    row = np.concatenate([_weighted(d, a.values, a.values) for d in (by_near, by_far)], axis=2)
+    row = np.concatenate([weighted(d, a.values, a.values) for d in (by_near, by_far)], axis=2)
     return np.concatenate([-row, row], axis=1)
-
-
-def add_radiation(r: Radiating, T: Array, t: float, out: Array) -> float:
-    """Power [W] received by each wall point; returns the sum."""
-    at = blend(T, r.dofs, r.values)
-    power = (r.factor[:, None] * (r.sink(t) ** 4 - at**4)) @ r.values
-    out[r.dofs] += power
-    return float(power.sum())
-
-
-def radiation_blocks(r: Radiating, T: Array) -> Array:
-    """(n, N, N) [W/K]  minus the derivative of the power."""
-    at = blend(T, r.dofs, r.values)
-    return _weighted(4.0 * r.factor[:, None] * at**3, r.values, r.values)
-
-
-def links_power(x: Links, T: Array, t: float) -> Array:
-    """(n_l,) [W]  received by place a of each link."""
-    difference = -(x.incidence @ T)
-    difference[x.outward] += [history(t) for history in x.histories]
-    return x.conductance * difference
 
 
 def _along_temperatures(a: Along, T: Array) -> tuple[Array, Array, Array]:
@@ -202,10 +135,3 @@ def _along_temperatures(a: Along, T: Array) -> tuple[Array, Array, Array]:
     near, far = blend(T, a.dofs[:, :n], a.values), blend(T, a.dofs[:, n:], a.values)
     between = a.shape[0][..., None] * near[:, None] + a.shape[1][..., None] * far[:, None]
     return near, far, between
-
-
-def _weighted(weight: Array, rows: Array, columns: Array) -> Array:
-    """(n, N, N)  sum over the angles m of weight (n, m) rows (m, i) columns (m, j)."""
-    n = rows.shape[1]
-    products = (rows[:, :, None] * columns[:, None, :]).reshape(len(rows), -1)
-    return (weight @ products).reshape(-1, n, n)

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermal.heat import NOTHING, Outside
+
 Array = NDArray[np.float64]
 
 
@@ -30,11 +32,11 @@ class SideBySide:
         )
 
     def advance(
-        self, T: Array, t: float, h: float, heat: Array
+        self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
     ) -> tuple[Array, Mapping[str, float], str]:
         """Temperatures at ``t + h``, heat [J] through each boundary, reason."""
         parts = zip(self.solvers, self._parts(T), self._parts(heat), strict=True)
-        ends, flows, why = zip(*(s.advance(x, t, h, q) for s, x, q in parts), strict=True)
+        ends, flows, why = zip(*(s.advance(x, t, h, q, outside) for s, x, q in parts), strict=True)
         return np.concatenate(ends), {**flows[0], **flows[1]}, next(filter(None, why), "")
 
     def _parts(self, values: Array) -> tuple[Array, Array]:

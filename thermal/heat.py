@@ -1,0 +1,148 @@
+"""Transient and steady heat on a discretisation in space: ``Heat``."""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermal import integration, steady
+from thermal.boundary import Boundary, Moment
+from thermal.description import DEFAULT, Description, Settings
+from thermal.discretisation import Discretisation, Face
+from thermal.layout import given_nodes
+from thermal.linear import Linear, linear_solver
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Outside = Mapping[str, tuple[Array, Array]]
+"""What comes from outside by name, at the start and at the end of an interval; linear between."""
+
+NOTHING: Outside = {}
+
+
+class Heat:
+    """The state is the vector of temperatures.
+
+    Attributes
+    ----------
+    x : (n, 3) float [m]  reference positions
+    regions : name -> its temperatures
+    irradiated : condition -> Face, at whose points it takes irradiation from outside
+    settings : Settings
+    taken : int  steps of the last interval
+    """
+
+    def __init__(
+        self, space: Discretisation, description: Description, settings: Settings = DEFAULT
+    ) -> None:
+        self.space, self.settings = space, settings
+        self.x, self.regions = space.x, space.regions
+        self._given = list(space.given)
+        self._given_nodes = given_nodes(self._given)
+        self.free = np.setdiff1d(np.arange(len(self.x)), self._given_nodes)
+        self._boundary = Boundary(description, space)
+        self.irradiated: Mapping[str, Face] = self._boundary.irradiated
+        rows, columns = zip(space.entries(), self._boundary.entries(), strict=True)
+        self.linear: Linear = linear_solver(
+            settings.linear, len(self.x), self.free, np.concatenate(rows), np.concatenate(columns)
+        )
+        self.taken = 0
+
+    def initial(self) -> Array:
+        """(n,) [K]"""
+        return self.space.start.copy()
+
+    def energy(self, T: Array) -> float:
+        """Stored heat [J] above the materials' datum of enthalpy."""
+        return float(self.space.heat(T).sum())
+
+    def advance(
+        self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
+    ) -> tuple[Array, Mapping[str, float], str]:
+        """Temperatures at ``t + h``, heat [J] through each boundary, reason; see ThermalSolver."""
+        system, s = _Within(self, t, h, outside), self.settings
+        if s.steps is None:
+            end = integration.advance(system, T, t, h, heat / h, s.scheme, s.tolerance)
+        else:
+            end = integration.march(system, T, t, h, heat / h, s.scheme, s.steps)
+        self.taken = end.steps
+        flows = {g.name: float(end.reactions[g.nodes].sum()) for g in self._given}
+        flows.update(zip(self._boundary.names, end.flows.tolist(), strict=True))
+        return end.T, flows, end.why
+
+    def steady(
+        self, T: Array, t: float, outside: Mapping[str, Array] | None = None
+    ) -> tuple[Array, Mapping[str, float], str]:
+        """Steady temperatures under the conditions of ``t``, power [W] through each, reason.
+
+        T : (n,) float [K]  first guess
+        outside : what comes from outside, at that time
+        """
+        still = {name: (value, value) for name, value in (outside or {}).items()}
+        T, flows, why = steady.settle(_Within(self, t, 1.0, still), T, t)
+        return T, dict(zip(self._boundary.names, flows.tolist(), strict=True)), why
+
+    def given_at(self, t: float) -> tuple[Indices, Array]:
+        """Prescribed temperatures: which, and their values [K]."""
+        return self._given_nodes, np.concatenate([np.empty(0), *(g.at(t) for g in self._given)])
+
+    def power(self, T: Array, at: Moment) -> tuple[Array, Array]:
+        """(n,) [W] received by each temperature, and (m,) [W] of it through each boundary."""
+        out, flows = self._boundary.power(T, at)
+        return out + self.space.power(T), flows
+
+    def factorise(self, T: Array, at: Moment, tau: float) -> Callable[[Array], Array]:
+        """Solver of (dE/dT - tau dF/dT) x = r among the free temperatures."""
+        own = self.space.tangent(T, tau)
+        return self.linear.factorise(np.concatenate([own, tau * self._boundary.slopes(T, at)]))
+
+    def unusable(self, T: Array) -> str:
+        """Why temperatures cannot be accepted, or ""."""
+        if T.size and T.min() < 0.0:
+            return f"{self.owner(int(T.argmin()))} fell below 0 K"
+        return self.space.unusable(T)
+
+    def owner(self, node: int) -> str:
+        """What a temperature belongs to."""
+        return next((f"'{name}'" for name, nodes in self.regions.items() if node in nodes), "it")
+
+
+class _Within(NamedTuple):
+    """The heat of an interval: what comes from outside goes linearly from start to end."""
+
+    solver: Heat
+    t: float
+    h: float
+    outside: Outside
+
+    @property
+    def free(self) -> Indices:
+        return self.solver.free
+
+    @property
+    def accuracy(self) -> float:
+        return self.solver.linear.accuracy
+
+    def given_at(self, t: float) -> tuple[Indices, Array]:
+        return self.solver.given_at(t)
+
+    def heat(self, T: Array) -> Array:
+        return self.solver.space.heat(T)
+
+    def power(self, T: Array, t: float) -> tuple[Array, Array]:
+        return self.solver.power(T, self._at(t))
+
+    def factorise(self, T: Array, t: float, tau: float) -> Callable[[Array], Array]:
+        return self.solver.factorise(T, self._at(t), tau)
+
+    def unusable(self, T: Array) -> str:
+        return self.solver.unusable(T)
+
+    def owner(self, node: int) -> str:
+        return self.solver.owner(node)
+
+    def _at(self, t: float) -> Moment:
+        s = min(1.0, max(0.0, (t - self.t) / self.h))
+        now = {name: (1.0 - s) * a + s * b for name, (a, b) in self.outside.items()}
+        return Moment(t, now)

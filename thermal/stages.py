@@ -1,0 +1,158 @@
+"""One stage of a conservative one-step scheme: E(T) = base + tau F(T, t), some T given.
+
+The schemes are applied to the stored heat E, so that what flows in over a step is what is stored
+at its end, to round-off, whatever the material. Where temperatures are given, the rest of the
+balance of their rows is the heat that holds them there.
+"""
+
+from collections.abc import Callable
+from math import inf, isfinite
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Solve = Callable[[Array], Array]
+
+ITERATIONS = 20
+ROUND_OFF = 3e-16  # change of temperature, relative, at which Newton's method has ended
+FLOOR = 1e-10  # below it a change that no longer shrinks is round-off too
+REFRESH = 1e-4  # a slower contraction asks for a new tangent
+
+
+class System(Protocol):
+    """What is integrated."""
+
+    free: Indices
+    """Temperatures to solve for; all others are given."""
+    accuracy: float
+    """Relative change of temperature at which Newton's method may end; 0: at round-off."""
+
+    def given_at(self, t: float) -> tuple[Indices, Array]:
+        """Given temperatures: which and their values [K]."""
+        ...
+
+    def heat(self, T: Array) -> Array:
+        """(n,) [J] stored."""
+        ...
+
+    def power(self, T: Array, t: float) -> tuple[Array, Array]:
+        """(n,) [W] received, and (m,) [W] of it through each boundary."""
+        ...
+
+    def factorise(self, T: Array, t: float, tau: float) -> Solve:
+        """Solver of (dE/dT - tau dF/dT) x = r among the free temperatures."""
+        ...
+
+    def unusable(self, T: Array) -> str:
+        """Why temperatures cannot be accepted, or ""."""
+        ...
+
+    def owner(self, node: int) -> str:
+        """What a temperature belongs to, in words."""
+        ...
+
+
+class Point(NamedTuple):
+    """Temperatures [K], heat stored [J], power received [W], and through boundaries [W]."""
+
+    T: Array
+    heat: Array
+    power: Array
+    flows: Array
+
+
+class Stage(NamedTuple):
+    """Its end, the solver of its tangent, and why there is none."""
+
+    point: Point
+    solve: Solve | None
+    why: str
+
+
+class Step(NamedTuple):
+    """A step of a scheme.
+
+    flows, reactions : float [J]  through each boundary; that held the given temperatures
+    error : float [K]  estimated; 0 where none was asked for
+    """
+
+    end: Point
+    flows: Array
+    reactions: Array
+    error: float
+    why: str
+
+
+def failed(start: Point, why: str) -> Step:
+    """A step that did not come about."""
+    return Step(start, np.zeros(0), np.zeros(0), inf, why)
+
+
+def balance(system: System, end: Point, given: Array) -> Array:
+    """(n,) [J]  what the given temperatures took in beyond what was ``given`` to them."""
+    reactions = end.heat - given
+    reactions[system.free] = 0.0
+    return reactions
+
+
+def damped(solve: Solve, system: System, defect: Array) -> float:
+    """Largest error [K] of a defect [J], damped by the tangent as Hosea & Shampine (1996) do."""
+    return float(np.abs(solve(defect[system.free])).max(initial=0.0))
+
+
+def stage(
+    system: System,
+    guess: Array,
+    base: Array,
+    t: float,
+    tau: float,
+    source: Array,
+    solve: Solve | None,
+) -> Stage:
+    """Solve E(T) = base + tau F(T, t) by Newton's method; the tangent is kept while it serves."""
+    T = _imposed(system, guess, t)
+    previous, contraction, worst = inf, 0.0, 0
+    for _ in range(ITERATIONS):
+        point = evaluate(system, T, t, source)
+        residual = (point.heat - base - tau * point.power)[system.free]
+        if not np.isfinite(residual).all():
+            break
+        if solve is None or contraction > REFRESH:
+            solve = system.factorise(T, t, tau)
+        change = solve(residual)
+        size = float(np.abs(change).max(initial=0.0) / max(1.0, np.abs(T).max()))
+        if size <= max(ROUND_OFF, system.accuracy) or 0.1 * previous < size <= FLOOR:
+            return Stage(point, solve, fault(system, point, t))
+        worst = int(np.abs(change).argmax())
+        T = T.copy()
+        T[system.free] -= change
+        contraction, previous = size / previous, size
+    owner = system.owner(int(system.free[worst])) if len(system.free) else "a boundary"
+    return Stage(point, None, f"t = {t:g} s: the heat balance of {owner} did not converge")
+
+
+def start(system: System, T: Array, t: float, source: Array) -> Point:
+    """The heat stored in ``T``, but powers with the given temperatures of ``t`` in their place."""
+    return evaluate(system, _imposed(system, T, t), t, source)._replace(heat=system.heat(T))
+
+
+def _imposed(system: System, T: Array, t: float) -> Array:
+    T = T.copy()
+    nodes, values = system.given_at(t)
+    T[nodes] = values
+    return T
+
+
+def evaluate(system: System, T: Array, t: float, source: Array) -> Point:
+    power, flows = system.power(T, t)
+    return Point(T, system.heat(T), power + source, flows)
+
+
+def fault(system: System, point: Point, t: float) -> str:
+    if not isfinite(float(point.T.sum() + point.power.sum())):
+        return f"t = {t:g} s: a temperature or a power is not a number"
+    why = system.unusable(point.T)
+    return f"t = {t:g} s: {why}" if why else ""
