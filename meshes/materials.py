@@ -33,6 +33,8 @@ class Material:
     expansion [1/K] : Property  the expansion coefficient is the instantaneous one
     density_law : Property | None [kg/m^3]  density for models in which mass follows the
         temperature; None: constant
+    conductivity_around, conductivity_through : Property | None [W/(m K)]  round a tube or across
+        a sheet's u, and through the wall; ``conductivity`` is that along. None: the same
     """
 
     name: str
@@ -43,6 +45,8 @@ class Material:
     conductivity: Property
     heat_capacity: Property
     density_law: Property | None = None
+    conductivity_around: Property | None = None
+    conductivity_through: Property | None = None
 
     def __post_init__(self) -> None:
         problems = _problems(self)
@@ -51,14 +55,20 @@ class Material:
 
     @property
     def properties(self) -> tuple[Property, ...]:
-        """The five properties that depend on temperature."""
+        """The properties that depend on temperature."""
         return (
             self.youngs_modulus,
             self.poissons_ratio,
             self.expansion,
-            self.conductivity,
             self.heat_capacity,
+            *dict.fromkeys(self.conductivities),
         )
+
+    @property
+    def conductivities(self) -> tuple[Property, Property, Property]:
+        """Along, around, through [W/(m K)]."""
+        along = self.conductivity
+        return along, self.conductivity_around or along, self.conductivity_through or along
 
     def shear_modulus(self, T):
         """G = E / (2 (1 + nu)) [Pa] at T [K]."""
@@ -133,7 +143,7 @@ def _problems(material: Material) -> list[str]:
     problems = []
     if not (isfinite(material.density) and material.density > 0.0):
         problems.append(f"density must be positive and finite, got {material.density!r}")
-    positive = [material.youngs_modulus, material.conductivity, material.heat_capacity]
+    positive = [material.youngs_modulus, material.heat_capacity, *material.conductivities]
     for p in positive + ([material.density_law] if material.density_law else []):
         if not p(_sample(p)).min() > 0.0:
             problems.append(f"{p.name} must be positive in its whole range")
