@@ -60,8 +60,8 @@ class Material:
             self.youngs_modulus,
             self.poissons_ratio,
             self.expansion,
-            self.heat_capacity,
             *dict.fromkeys(self.conductivities),
+            self.heat_capacity,
         )
 
     @property

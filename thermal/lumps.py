@@ -67,5 +67,8 @@ class LumpSpace:
         for part, t in zip(self._parts, T, strict=True):
             p = part.material.heat_capacity
             if not p.lower * (1.0 - 1e-9) <= t <= p.upper * (1.0 + 1e-9):
-                return f"'{part.name}' left the range of {p.name} ({p.lower:g} K to {p.upper:g} K) with {t:g} K"
+                return (
+                    f"'{part.name}' left the range of {p.name} "
+                    f"({p.lower:g} K to {p.upper:g} K) with {t:g} K"
+                )
         return ""
