@@ -47,7 +47,8 @@ class Term(Protocol):
     names : of the boundaries whose flows ``add`` returns
     """
 
-    names: Sequence[str]
+    @property
+    def names(self) -> Sequence[str]: ...
 
     def add(self, T: Array, at: Moment, out: Array) -> Sequence[float]:
         """Add the power [W] of each temperature to ``out``; [W] through each boundary."""

@@ -217,7 +217,7 @@ def _given_twice(d: Description) -> list[str]:
     region = {node: name for name, nodes in places.regions.items() for node in nodes.tolist()}
     givers: dict[int, list[str]] = {}
     twice: dict[tuple[str, str, str], None] = {}
-    for condition in given(d, places.regions):
+    for condition in given(d, places.regions, places.x):
         for node in condition.nodes.tolist():
             before = givers.setdefault(node, [])
             twice |= dict.fromkeys((name, condition.name, region[node]) for name in before)

@@ -70,10 +70,14 @@ class Discretisation(Protocol):
     given : what conditions prescribe; their nodes do not overlap
     """
 
-    x: Array
-    regions: Mapping[str, Indices]
-    start: Array
-    given: Sequence[GivenTemperatures]
+    @property
+    def x(self) -> Array: ...
+    @property
+    def regions(self) -> Mapping[str, Indices]: ...
+    @property
+    def start(self) -> Array: ...
+    @property
+    def given(self) -> Sequence[GivenTemperatures]: ...
 
     def face(self, side: Side) -> Face:
         """Where convection, radiation and uniform flux act."""

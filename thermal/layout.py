@@ -4,13 +4,24 @@ All solvers read a description alike, so that one can stand in for another; what
 it numerically is their own.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermal.description import Description, Faces, Fixed, History, Member, Place, Sheet, Wall
+from thermal.description import (
+    Description,
+    Faces,
+    Field,
+    Fixed,
+    History,
+    Member,
+    Place,
+    Sheet,
+    Wall,
+)
+from thermal.discretisation import GivenTemperatures
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -48,6 +59,19 @@ class Given(NamedTuple):
     def at(self, t: float) -> Array:
         """(k,) [K]"""
         return self.weights @ np.array([history(t) for history in self.histories])
+
+
+class GivenField(NamedTuple):
+    """Temperatures that a field prescribes, at the positions (k, 3) [m] of its nodes."""
+
+    name: str
+    nodes: Indices
+    x: Array
+    temperature: Callable[[Array, float], Array]
+
+    def at(self, t: float) -> Array:
+        """(k,) [K]"""
+        return self.temperature(self.x, t)
 
 
 def layout(description: Description) -> Layout:
@@ -119,10 +143,12 @@ def stations_within(member: Member, wall: Wall) -> NDArray[np.intp]:
     return np.flatnonzero((s >= wall.start - slack) & (s <= wall.end + slack))
 
 
-def given(description: Description, regions: Mapping[str, Indices]) -> list[Given]:
+def given(
+    description: Description, regions: Mapping[str, Indices], x: Array
+) -> list[GivenTemperatures]:
     """Prescribed temperatures, in the order of the conditions."""
     members = {m.name: m for m in description.members}
-    found: list[Given] = []
+    found: list[GivenTemperatures] = []
     for c in description.conditions:
         if isinstance(c, Wall):
             found.append(_given_by_wall(c, members[c.member], regions[c.member]))
@@ -130,13 +156,16 @@ def given(description: Description, regions: Mapping[str, Indices]) -> list[Give
             nodes = regions[c.sheet]
             weights = np.tile(np.eye(2), (len(nodes) // 2, 1))
             found.append(Given(c.name, nodes, weights, (c.hot, c.cold)))
+        elif isinstance(c, Field):
+            nodes = regions[c.body]
+            found.append(GivenField(c.name, nodes, x[nodes], c.temperature))
         elif isinstance(c, Fixed):
             nodes = place_nodes(description, regions, c.place)
             found.append(Given(c.name, nodes, np.ones((len(nodes), 1)), (c.temperature,)))
     return found
 
 
-def given_nodes(conditions: Sequence[Given]) -> Indices:
+def given_nodes(conditions: Sequence[GivenTemperatures]) -> Indices:
     """All prescribed temperatures, in the order of the conditions."""
     return np.concatenate([np.empty(0, np.intp), *(g.nodes for g in conditions)])
 

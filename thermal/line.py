@@ -52,7 +52,7 @@ class LineSpace:
         self._description = description
         self._members = {m.name: m for m in description.members}
         self.x, self.regions, self.start = layout(description)
-        self.given = given(description, self.regions)
+        self.given = given(description, self.regions, self.x)
         self._lines = discretise(description.members)
         self._stored, self._around, self._along = bulk_terms(description, self._lines, self.regions)
 

@@ -36,7 +36,7 @@ class LumpedHeat:
         check(description)
         self.tolerance = settings.tolerance
         self.x, self.regions, self._initial = layout(description)
-        self._given = given(description, self.regions)
+        self._given = given(description, self.regions, self.x)
         self.free = np.setdiff1d(np.arange(len(self.x)), given_nodes(self._given))
         self._place = np.full(len(self.x), -1)
         self._place[self.free] = np.arange(len(self.free))

@@ -19,7 +19,7 @@ class LumpSpace:
     def __init__(self, description: Description) -> None:
         self._parts = list(description.parts)
         self.x, self.regions, self.start = layout(description)
-        self.given: Sequence[GivenTemperatures] = given(description, self.regions)
+        self.given: Sequence[GivenTemperatures] = given(description, self.regions, self.x)
 
     def face(self, side: Side) -> Face:
         """The area of a part; as a lump has no shape, its normal is zero."""

@@ -28,7 +28,7 @@ class PrescribedHeat:
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         check(description)
         self.x, self.regions, self._initial = layout(description)
-        self._given = given(description, self.regions)
+        self._given = given(description, self.regions, self.x)
         nodes = given_nodes(self._given)
         _require_cover(description.members, description.sheets, self.regions, nodes)
         things: list[tuple[Member | Sheet | Part, Array]] = [

@@ -25,10 +25,15 @@ REFRESH = 1e-4  # a slower contraction asks for a new tangent
 class System(Protocol):
     """What is integrated."""
 
-    free: Indices
-    """Temperatures to solve for; all others are given."""
-    accuracy: float
-    """Relative change of temperature at which Newton's method may end; 0: at round-off."""
+    @property
+    def free(self) -> Indices:
+        """Temperatures to solve for; all others are given."""
+        ...
+
+    @property
+    def accuracy(self) -> float:
+        """Relative change of temperature at which Newton's method may end; 0: at round-off."""
+        ...
 
     def given_at(self, t: float) -> tuple[Indices, Array]:
         """Given temperatures: which and their values [K]."""
