@@ -191,8 +191,8 @@ def scene(*conditions, members=(ARM,), parts=(HUB,), links=(LINK,)):
 
 BAD = {
     "neither members nor parts": Description(()),
-    "member, part or sheet 'arm': the name is used 2 times": scene(members=(ARM, ARM)),
-    "member, part or sheet 'hub': the name is used 2 times": scene(parts=(HUB, HUB)),
+    "member, part, sheet or solid 'arm': the name is used 2 times": scene(members=(ARM, ARM)),
+    "member, part, sheet or solid 'hub': the name is used 2 times": scene(parts=(HUB, HUB)),
     "condition or link 'link': the name is used 2 times": scene(
         Source("link", Place("hub"), DENSITY)
     ),
@@ -222,11 +222,8 @@ BAD = {
     "part 'hub': its mass must be positive": scene(parts=(replace(HUB, mass=0.0),)),
     "part 'hub': its position must be": scene(parts=(replace(HUB, position=np.zeros(2)),)),
     "part 'hub': its initial temperature": scene(parts=(replace(HUB, initial=float("nan")),)),
-    "link 'link': there is no member or part 'hull'": scene(
+    "link 'link': there is no member, part, sheet or solid 'hull'": scene(
         links=(replace(LINK, a=Place("hull")),)
-    ),
-    "link 'link': at member 'arm' give 'start' or 'end', got None": scene(
-        links=(replace(LINK, b=Place("arm")),)
     ),
     "link 'link': part 'hub' has no ends": scene(links=(replace(LINK, a=Place("hub", "end")),)),
     "link 'link': both its ends are at the same place": scene(
@@ -239,14 +236,14 @@ BAD = {
     "wall 'wall': no station of member 'arm'": scene(replace(WALL, start=0.51, end=0.52)),
     "wall 'wall': side is parallel to member 'arm'": scene(replace(WALL, side=ARM.axes[0, 0])),
     "wall 'wall': side must be a direction": scene(replace(WALL, side=np.zeros(3))),
-    "flux 'sun': there is no member 'leg'": scene(Flux("sun", "leg", DENSITY)),
+    "flux 'sun': there is no member, part, sheet or solid 'leg'": scene(Flux("sun", "leg", DENSITY)),
     "flux 'sun': direction must not be zero": scene(Flux("sun", "arm", DENSITY, np.zeros(3))),
-    "radiation 'space': there is no member 'leg'": scene(Radiation("space", "leg", 0.5, DENSITY)),
+    "radiation 'space': there is no member, part, sheet or solid 'leg'": scene(Radiation("space", "leg", 0.5, DENSITY)),
     "radiation 'space': emissivity must be 0 to 1, got 1.2": scene(
         Radiation("space", "arm", 1.2, DENSITY)
     ),
-    "fixed 'base': there is no member or part 'leg'": scene(Fixed("base", Place("leg"), DENSITY)),
-    "source 'heater': at member 'arm' give 'start' or 'end', got 'middle'": scene(
+    "fixed 'base': there is no member, part, sheet or solid 'leg'": scene(Fixed("base", Place("leg"), DENSITY)),
+    "source 'heater': of 'arm' give 'start', 'end', got 'middle'": scene(
         Source("heater", Place("arm", "middle"), DENSITY)
     ),
     "'wall' and 'base' both prescribe temperatures of 'arm'": scene(

@@ -1,7 +1,9 @@
 """What makes a thermal description senseless, all of it at once."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from difflib import get_close_matches
 from math import isfinite
 
 import numpy as np
@@ -10,19 +12,29 @@ from meshes.materials import Property
 from thermal.description import (
     Condition,
     Description,
+    Enclosure,
     Faces,
+    Field,
+    Film,
     Fixed,
     Flux,
+    Interface,
+    Irradiation,
     Link,
     Member,
     Part,
     Place,
     Radiation,
     Sheet,
+    Side,
+    Solid,
     Source,
     Wall,
 )
 from thermal.layout import STATION_TOLERANCE, arclength, given, layout, stations_within
+
+OUTER = "outer"
+Thing = Member | Part | Sheet | Solid
 
 
 def check(description: Description) -> None:
@@ -36,19 +48,21 @@ def check(description: Description) -> None:
 def problems(description: Description) -> list[str]:
     """One sentence for each problem; what depends on a faulty member is not looked at."""
     d = description
-    things: list[Member | Part | Sheet] = [*d.members, *d.parts, *d.sheets]
-    found = [] if things else ["it has neither members nor parts nor sheets"]
-    found += _repeated("member, part or sheet", [thing.name for thing in things])
-    names = [c.name for c in d.conditions] + [link.name for link in d.links]
+    things: list[Thing] = [*d.members, *d.parts, *d.sheets, *d.solids]
+    found = [] if things else ["it has neither members nor parts nor sheets nor solids"]
+    found += _repeated("member, part, sheet or solid", [thing.name for thing in things])
+    names = [x.name for x in (*d.conditions, *d.links, *d.interfaces)]
     found += _repeated("condition or link", names)
     of_things = [p for m in d.members for p in _member_problems(m)]
     of_things += [p for part in d.parts for p in _part_problems(part)]
     of_things += [p for sheet in d.sheets for p in _sheet_problems(sheet)]
+    of_things += [p for solid in d.solids for p in _solid_problems(solid)]
     found += of_things
     if not of_things:
         found += [p for link in d.links for p in _link_problems(d, link)]
+        found += [p for i in d.interfaces for p in _interface_problems(d, i)]
         found += [p for c in d.conditions for p in _condition_problems(d, c)]
-    return found or _given_twice(d)
+    return found or _given_twice(replace(d, solids=()))
 
 
 def _repeated(what: str, names: Sequence[str]) -> list[str]:
@@ -70,19 +84,22 @@ def _member_problems(m: Member) -> list[str]:
     if not np.allclose(axes @ axes.transpose(0, 2, 1), np.eye(3), rtol=0.0, atol=1e-6):
         found.append(f"{name}: its axes must be orthonormal")
     found += _wall_points_problems(m)
-    properties = (m.material.conductivity, m.material.heat_capacity)
+    properties = (*m.material.conductivities, m.material.heat_capacity)
     return found + _initial_problems(name, m.initial, properties)
 
 
 def _wall_points_problems(m: Member) -> list[str]:
-    n = m.wall_points
-    if n != 1 and (n < 4 or n % 2):
-        return [f"member '{m.name}': wall_points must be 1 or an even number from 4 on, got {n}"]
-    if n > 1 and m.section.kind != "tube":
+    n, kind = m.wall_points, m.section.kind
+    if n == 1 or (n == 3 and kind in ("circle", "rectangle")):
+        return []
+    if kind != "tube":
+        allowed = "1" if kind == "general" else "1, or 3 for its gradients"
         return [
-            f"member '{m.name}': a section of kind '{m.section.kind}' has no wall; "
-            f"wall_points must be 1, got {n}"
+            f"member '{m.name}': a section of kind '{kind}' has no wall; "
+            f"wall_points must be {allowed}, got {n}"
         ]
+    if n < 4 or n % 2:
+        return [f"member '{m.name}': wall_points must be 1 or an even number from 4 on, got {n}"]
     return []
 
 
@@ -93,6 +110,8 @@ def _part_problems(p: Part) -> list[str]:
         found.append(f"{name}: its position must be three finite coordinates")
     if not (isfinite(p.mass) and p.mass > 0.0):
         found.append(f"{name}: its mass must be positive, got {p.mass}")
+    if not (isfinite(p.area) and p.area >= 0.0):
+        found.append(f"{name}: its area must be positive or zero, got {p.area}")
     return found
 
 
@@ -107,6 +126,28 @@ def _sheet_problems(s: Sheet) -> list[str]:
     return found
 
 
+def _solid_problems(s: Solid) -> list[str]:
+    name = f"solid '{s.name}'"
+    found = []
+    for material in s.materials.values():
+        properties = (*material.conductivities, material.heat_capacity)
+        found += _initial_problems(name, s.initial, properties)
+    regions = ["", *s.mesh.regions]
+    found += [
+        f"{name}: its mesh has no region '{region}'{_meant(region, regions)}"
+        for region in s.materials
+        if region not in regions
+    ]
+    if s.rubbing is not None and s.rubbing not in regions:
+        found.append(f"{name}: its mesh has no region '{s.rubbing}'{_meant(s.rubbing, regions)}")
+    return list(dict.fromkeys(found))
+
+
+def _meant(name: str, names: Sequence[str]) -> str:
+    near = get_close_matches(name, [n for n in names if n], 1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
 def _initial_problems(name: str, T: float, properties: Sequence[Property]) -> list[str]:
     if not (isfinite(T) and T > 0.0):
         return [f"{name}: its initial temperature must be above 0 K, got {T}"]
@@ -119,14 +160,62 @@ def _initial_problems(name: str, T: float, properties: Sequence[Property]) -> li
 
 
 def _place_problems(d: Description, owner: str, place: Place) -> list[str]:
-    is_member = place.name in [m.name for m in d.members]
-    if not is_member and place.name not in [p.name for p in d.parts]:
-        return [f"{owner}: there is no member or part '{place.name}'"]
-    if is_member and place.end not in ("start", "end"):
-        return [f"{owner}: at member '{place.name}' give 'start' or 'end', got {place.end!r}"]
-    if not is_member and place.end is not None:
+    ends = _ends(d, place.name)
+    if ends is None:
+        return [f"{owner}: there is no member, part, sheet or solid '{place.name}'"]
+    if place.end is None or place.end in ends:
+        return []
+    if not ends:
         return [f"{owner}: part '{place.name}' has no ends, got {place.end!r}"]
-    return []
+    given = ", ".join(f"'{end}'" for end in ends)
+    meant = _meant(place.end, list(ends))
+    return [f"{owner}: of '{place.name}' give {given}, got {place.end!r}{meant}"]
+
+
+def _named(d: Description, name: str) -> Thing | None:
+    things: list[Thing] = [*d.members, *d.parts, *d.sheets, *d.solids]
+    return next((thing for thing in things if thing.name == name), None)
+
+
+def _ends(d: Description, name: str) -> tuple[str, ...] | None:
+    """Places of a thing besides all of it; None: there is no such thing."""
+    match _named(d, name):
+        case Member():
+            return ("start", "end")
+        case Sheet():
+            return ("top", "bottom")
+        case Solid(mesh=mesh):
+            return (OUTER, *mesh.regions)
+        case Part():
+            return ()
+    return None
+
+
+def _faces_of(d: Description, name: str) -> tuple[str, ...] | None:
+    """Faces of a thing; None: there is no such thing."""
+    match _named(d, name):
+        case Member(section=section):
+            return (OUTER, *(("inner",) if section.kind == "tube" else ()), "start", "end")
+        case Sheet():
+            return ("top", "bottom")
+        case Part(area=area):
+            return (OUTER,) if area > 0.0 else ()
+        case Solid(mesh=mesh):
+            return (OUTER, *mesh.regions)
+    return None
+
+
+def _side_problems_of(d: Description, owner: str, side: Side) -> list[str]:
+    faces = _faces_of(d, side.thing)
+    if faces is None:
+        return [f"{owner}: there is no member, part, sheet or solid '{side.thing}'"]
+    if side.face in faces:
+        return []
+    if not faces:
+        return [f"{owner}: part '{side.thing}' has no area"]
+    known = ", ".join(f"'{face}'" for face in faces)
+    meant = _meant(side.face, faces)
+    return [f"{owner}: '{side.thing}' has no face '{side.face}'; it has {known}{meant}"]
 
 
 def _link_problems(d: Description, link: Link) -> list[str]:
@@ -136,15 +225,27 @@ def _link_problems(d: Description, link: Link) -> list[str]:
         found += _place_problems(d, owner, link.b)
         if link.a == link.b:
             found.append(f"{owner}: both its ends are at the same place")
-    if not (isfinite(link.conductance) and link.conductance >= 0.0):
-        found.append(f"{owner}: conductance must be positive or zero, got {link.conductance}")
+    for what, value in (("conductance", link.conductance), ("radiating area", link.radiating)):
+        if value is not None and not (isfinite(value) and value >= 0.0):
+            found.append(f"{owner}: {what} must be positive or zero, got {value}")
+    return found
+
+
+def _interface_problems(d: Description, x: Interface) -> list[str]:
+    owner = f"interface '{x.name}'"
+    found = _side_problems_of(d, owner, x.a) + _side_problems_of(d, owner, x.b)
+    if x.a == x.b:
+        found.append(f"{owner}: both its faces are the same")
+    for what, value in (("coefficient", x.coefficient), ("radiating factor", x.radiating)):
+        if not (isfinite(value) and value >= 0.0):
+            found.append(f"{owner}: {what} must be positive or zero, got {value}")
     return found
 
 
 def _wall_problems(d: Description, c: Wall) -> list[str]:
     member = next((m for m in d.members if m.name == c.member), None)
     if member is None:
-        return _member_missing(d, "wall", c)
+        return [f"wall '{c.name}': there is no member '{c.member}'"]
     owner = f"wall '{c.name}'"
     length = arclength(member.points)[-1]
     slack = STATION_TOLERANCE * length
@@ -171,7 +272,7 @@ def _side_problems(owner: str, member: Member, c: Wall) -> list[str]:
 
 
 def _flux_problems(d: Description, c: Flux) -> list[str]:
-    found = _member_missing(d, "flux", c)
+    found = _side_problems_of(d, f"flux '{c.name}'", Side(c.body, c.face))
     if c.direction is not None and (
         np.shape(c.direction) != (3,)
         or not np.isfinite(c.direction).all()
@@ -182,10 +283,43 @@ def _flux_problems(d: Description, c: Flux) -> list[str]:
 
 
 def _radiation_problems(d: Description, c: Radiation) -> list[str]:
-    found = _member_missing(d, "radiation", c)
+    found = _side_problems_of(d, f"radiation '{c.name}'", Side(c.body, c.face))
+    if isinstance(c.emissivity, Property):
+        return found
     if not 0.0 <= c.emissivity <= 1.0:
         found.append(f"radiation '{c.name}': emissivity must be 0 to 1, got {c.emissivity}")
     return found
+
+
+def _enclosure_problems(d: Description, c: Enclosure) -> Iterator[str]:
+    owner = f"enclosure '{c.name}'"
+    for side in c.sides:
+        yield from _side_problems_of(d, owner, side)
+    if not c.sides:
+        yield f"{owner}: it has no faces"
+    if len(set(c.sides)) < len(c.sides):
+        yield f"{owner}: a face is named twice"
+    if len(c.emissivities) != len(c.sides):
+        yield f"{owner}: needs {len(c.sides)} emissivities, got {len(c.emissivities)}"
+    for value in c.emissivities:
+        if not 0.0 <= value <= 1.0:
+            yield f"{owner}: emissivity must be 0 to 1, got {value}"
+    if c.view_factors is not None:
+        yield from _view_factor_problems(owner, np.asarray(c.view_factors), len(c.sides))
+
+
+def _view_factor_problems(owner: str, F: np.ndarray, n: int) -> Iterator[str]:
+    if F.shape != (n, n):
+        yield f"{owner}: view factors must be {n} rows of {n}, got {F.shape}"
+    elif not (np.isfinite(F).all() and (F >= 0.0).all()):
+        yield f"{owner}: view factors must be 0 to 1"
+    elif F.sum(axis=1).max() > 1.0 + 1e-6:
+        yield f"{owner}: a row of the view factors sums to {F.sum(axis=1).max():g}, more than 1"
+
+
+def _field_problems(d: Description, c: Field) -> list[str]:
+    there = isinstance(_named(d, c.body), Member | Sheet | Solid)
+    return [] if there else [f"field '{c.name}': there is no body '{c.body}'"]
 
 
 def _condition_problems(d: Description, c: Condition) -> list[str]:
@@ -195,21 +329,22 @@ def _condition_problems(d: Description, c: Condition) -> list[str]:
         case Faces():
             there = c.sheet in [s.name for s in d.sheets]
             return [] if there else [f"faces '{c.name}': there is no sheet '{c.sheet}'"]
+        case Field():
+            return _field_problems(d, c)
         case Flux():
             return _flux_problems(d, c)
+        case Irradiation():
+            return _side_problems_of(d, f"irradiation '{c.name}'", Side(c.body, c.face))
+        case Film():
+            return _side_problems_of(d, f"film '{c.name}'", Side(c.body, c.face))
         case Radiation():
             return _radiation_problems(d, c)
+        case Enclosure():
+            return list(_enclosure_problems(d, c))
         case Fixed():
             return _place_problems(d, f"fixed '{c.name}'", c.place)
         case Source():
             return _place_problems(d, f"source '{c.name}'", c.place)
-
-
-def _member_missing(d: Description, kind: str, c: Wall | Flux | Radiation) -> list[str]:
-    name = c.member if isinstance(c, Wall) else c.body
-    if name in [m.name for m in d.members]:
-        return []
-    return [f"{kind} '{c.name}': there is no member '{name}'"]
 
 
 def _given_twice(d: Description) -> list[str]:
