@@ -12,6 +12,7 @@ from thermal.description import DEFAULT, Description, Settings
 from thermal.discretisation import Discretisation, Face
 from thermal.layout import given_nodes
 from thermal.linear import Linear, linear_solver
+from thermal.stages import System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -19,6 +20,9 @@ Outside = Mapping[str, tuple[Array, Array]]
 """What comes from outside by name, at the start and at the end of an interval; linear between."""
 
 NOTHING: Outside = {}
+
+Integrate = Callable[[System, Array, float, float, Array, Settings], integration.Interval]
+"""From T at t over h under a source [W]; see ``thermal.integration.integrate``."""
 
 
 class Heat:
@@ -34,9 +38,13 @@ class Heat:
     """
 
     def __init__(
-        self, space: Discretisation, description: Description, settings: Settings = DEFAULT
+        self,
+        space: Discretisation,
+        description: Description,
+        settings: Settings = DEFAULT,
+        integrate: Integrate = integration.integrate,
     ) -> None:
-        self.space, self.settings = space, settings
+        self.space, self.settings, self._integrate = space, settings, integrate
         self.x, self.regions = space.x, space.regions
         self._given = list(space.given)
         self._given_nodes = given_nodes(self._given)
@@ -61,11 +69,8 @@ class Heat:
         self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
     ) -> tuple[Array, Mapping[str, float], str]:
         """Temperatures at ``t + h``, heat [J] through each boundary, reason; see ThermalSolver."""
-        system, s = _Within(self, t, h, outside), self.settings
-        if s.steps is None:
-            end = integration.advance(system, T, t, h, heat / h, s.scheme, s.tolerance)
-        else:
-            end = integration.march(system, T, t, h, heat / h, s.scheme, s.steps)
+        system = _Within(self, t, h, outside)
+        end = self._integrate(system, T, t, h, heat / h, self.settings)
         self.taken = end.steps
         flows = {g.name: float(end.reactions[g.nodes].sum()) for g in self._given}
         flows.update(zip(self._boundary.names, end.flows.tolist(), strict=True))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thermal import sdirk, theta
+from thermal.description import Settings
 from thermal.stages import Array, Point, Step, System, fault, start
 
 SMALLEST = 1e-9  # of the interval: smallest step
@@ -37,6 +38,15 @@ class Interval(NamedTuple):
     reactions: Array
     why: str
     steps: int
+
+
+def integrate(
+    system: System, T: Array, t: float, h: float, source: Array, settings: Settings
+) -> Interval:
+    """From ``T`` at ``t`` to ``t + h`` under the constant ``source`` (n,) [W]."""
+    if settings.steps is None:
+        return advance(system, T, t, h, source, settings.scheme, settings.tolerance)
+    return march(system, T, t, h, source, settings.scheme, settings.steps)
 
 
 def advance(
