@@ -24,8 +24,8 @@ from thermal.description import (
     Source,
     Wall,
 )
-from thermal.elements import absorbing_widths
-from thermal.line import LineHeat
+from thermal.line import LineHeat, facing
+from thermal.profiles import absorbing_widths
 from thermal.sdirk import GAMMA
 
 SIGMA = STEFAN_BOLTZMANN
@@ -350,7 +350,7 @@ def test_hot_spot_of_a_sunlit_tube_against_the_nonlinear_balance():
 @pytest.mark.parametrize("direction", [(0, 0, 1), (1, -2, 0.7), (3, 1, 1), (1, 0, 0)])
 def test_round_members_absorb_their_shadow(section, n, width, direction):
     arm = member(wall_points=n, section=section)
-    widths = absorbing_widths(arm, np.array(direction))
+    widths = absorbing_widths(arm.section, n, facing(arm, np.array(direction)))
     sine = np.linalg.norm(np.cross(direction, [1, 0, 0])) / np.linalg.norm(direction)
     np.testing.assert_allclose(widths.sum(axis=1), width * sine, atol=1e-14)
 
@@ -361,7 +361,7 @@ def test_rectangles_absorb_their_shadow(angle):
     arm = member(section=rectangle(0.04, 0.01))
     rays = np.array([0.0, np.cos(angle), np.sin(angle)])
     corners = arm.section.outline(4) @ [-np.sin(angle), np.cos(angle)]
-    widths = absorbing_widths(arm, rays)
+    widths = absorbing_widths(arm.section, 1, facing(arm, rays))
     np.testing.assert_allclose(widths, np.ptp(corners), rtol=1e-12)
 
 

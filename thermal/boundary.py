@@ -24,7 +24,15 @@ from thermal.description import (
     Side,
     Source,
 )
-from thermal.discretisation import Block, Discretisation, Face, Mean, at_points, weighted
+from thermal.discretisation import (
+    Block,
+    Discretisation,
+    Face,
+    Mean,
+    at_points,
+    merged,
+    weighted,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -77,7 +85,7 @@ class Pointwise:
         slope: Callable[[Array, Moment], Array],
     ) -> None:
         self.names = (name,)
-        self.face, self.flux, self.slope = face, flux, slope
+        self.face, self.flux, self.slope = merged(face), flux, slope
 
     def add(self, T: Array, at: Moment, out: Array) -> Sequence[float]:
         total = 0.0

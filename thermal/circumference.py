@@ -2,7 +2,7 @@
 
 Through N equispaced wall temperatures (N even) goes one combination of the harmonics 0 to
 N/2 - 1 and cos(N/2 phi). Its cardinal functions C_k, one at point k and zero at the others, are
-the basis of ``thermal.line`` over the circumference (Fornberg 1996, ch. 2 and app. F).
+the basis of lines over the circumference (Fornberg 1996, ch. 2 and app. F).
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class Cardinal(NamedTuple):
-    """Cardinal functions at M equispaced angles, which integrate their products exactly.
+    """Cardinal functions at M angles.
 
     values : (M, N) float  C_k at the angles
     slopes : (M, N) float [1/rad]  dC_k/dphi there
@@ -25,10 +25,12 @@ class Cardinal(NamedTuple):
 
 
 def cardinal(n: int) -> Cardinal:
-    """Cardinal functions of ``n`` wall points at 2n angles; of one point, the constant."""
-    if n == 1:
-        return Cardinal(np.ones((1, 1)), np.zeros((1, 1)))
-    phi = np.pi / n * np.arange(2 * n)
+    """Cardinal functions of ``n`` wall points at 2n angles, which integrate their products."""
+    return cardinal_at(n, np.pi / n * np.arange(2.0 * n))
+
+
+def cardinal_at(n: int, phi: Array) -> Cardinal:
+    """Cardinal functions of ``n`` wall points at the angles ``phi`` (M,) [rad]."""
     harmonics = _harmonics(n)
     angle = phi[:, None, None] - 2.0 * np.pi / n * np.arange(n)[None, :, None]
     weight = np.where(harmonics == n // 2, 1.0, 2.0)

@@ -22,6 +22,8 @@ from thermal.description import (
     Wall,
 )
 from thermal.discretisation import GivenTemperatures
+from thermal.profiles import extent, wall_offsets
+from thermal.profiles import wall_angles as wall_angles
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -87,20 +89,12 @@ def layout(description: Description) -> Layout:
     )
 
 
-def wall_angles(n: int) -> Array:
-    """(n,) [rad]  from e2 towards e3."""
-    return 2.0 * np.pi * np.arange(n) / n
-
-
 def wall_positions(member: Member) -> Array:
-    """(stations * wall_points, 3) [m]  on the mean surface of the wall, or on the axis."""
-    points = np.asarray(member.points, dtype=float)
-    if member.wall_points == 1:
-        return points
-    phi = wall_angles(member.wall_points)
-    axes = np.asarray(member.axes, dtype=float)
-    normals = np.cos(phi)[:, None] * axes[:, None, 1] + np.sin(phi)[:, None] * axes[:, None, 2]
-    return (points[:, None] + member.section.radius * normals).reshape(-1, 3)
+    """(stations * wall_points, 3) [m]  see ``thermal.profiles``."""
+    points, axes = np.asarray(member.points, dtype=float), np.asarray(member.axes, dtype=float)
+    offsets = wall_offsets(member.section, member.wall_points)
+    across = np.einsum("kp,spc->skc", offsets, axes[:, 1:])
+    return (points[:, None] + across).reshape(-1, 3)
 
 
 def face_positions(sheet: Sheet) -> Array:
@@ -132,6 +126,8 @@ def place_nodes(description: Description, regions: Mapping[str, Indices], place:
     nodes = regions[place.name]
     if place.end is None:
         return nodes
+    if place.end in ("top", "bottom"):  # of a sheet, in turn
+        return nodes[("top", "bottom").index(place.end) :: 2]
     n = next(m.wall_points for m in description.members if m.name == place.name)
     return nodes[:n] if place.end == "start" else nodes[-n:]
 
@@ -188,10 +184,10 @@ def _given_by_wall(wall: Wall, member: Member, nodes: Indices) -> Given:
 
 
 def _facing(member: Member, side: Array | None) -> Array:
-    """(stations, wall_points)  cosine between wall normal and ``side`` laid into the section."""
+    """(stations, wall_points)  how far towards ``side`` of the extent to either side."""
     if side is None or member.wall_points == 1:
         return np.zeros((len(member.points), member.wall_points))
     inplane = np.asarray(member.axes, dtype=float)[:, 1:] @ np.asarray(side, dtype=float)
     inplane /= np.linalg.norm(inplane, axis=1, keepdims=True)
-    phi = wall_angles(member.wall_points)
-    return inplane @ np.stack([np.cos(phi), np.sin(phi)])
+    reached = inplane @ wall_offsets(member.section, member.wall_points).T
+    return reached / extent(member.section, inplane)[:, None]

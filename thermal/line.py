@@ -1,38 +1,35 @@
 """Heat on networks of lines by finite elements: ``LineHeat``.
 
 Along a member temperatures are linear between stations (scikit-fem defines mesh, basis and
-quadrature); over the circumference of a tube they are the trigonometric interpolation of the
-wall temperatures. The wall is thin: storage and conduction act on its mean surface, radiation
-and absorption on its outer face. All members live on one axis with gaps between them; only
-links connect them.
+quadrature); over a section they follow ``thermal.profiles``: one value, mean and two gradients,
+or trigonometric interpolation round a tube, whose wall is thin: storage and conduction act on its
+mean surface. All members live on one axis with gaps between them; only links connect them.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.materials import Property
 from thermal.check import check
-from thermal.description import DEFAULT, Description, Place, Settings, Side
-from thermal.discretisation import Face, Mean
-from thermal.elements import absorbing_loads, bulk_terms, discretise, outer_face
+from thermal.composite import compose
+from thermal.description import DEFAULT, Description, Member, Place, Settings, Side
+from thermal.discretisation import Discretisation, Face, Mean, facing_loads
+from thermal.elements import chains, discretise, stations
 from thermal.heat import Heat
 from thermal.layout import given, layout, place_nodes
-from thermal.pattern import block_entries
-from thermal.terms import (
-    add_along,
-    add_around,
-    add_heat,
-    along_blocks,
-    around_blocks,
-    blend,
-    capacity_blocks,
-)
+from thermal.lumps import LumpSpace
+from thermal.profiles import absorbing_widths, outer_contour, profile, values_at
+from thermal.strips import end_face, lengthwise_face
+from thermal.terms import add_heat, add_power, entries, tangent
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+ENDS = ("start", "end")
+
 
 class LineHeat(Heat):
-    """Finite elements along members.
+    """Finite elements along members; parts are lumps.
 
     Parameters
     ----------
@@ -42,78 +39,120 @@ class LineHeat(Heat):
 
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         check(description)
-        super().__init__(LineSpace(description), description, settings)
+        super().__init__(_space(description), description, settings)
+
+
+def _space(d: Description) -> Discretisation:
+    members, parts = {m.name for m in d.members}, {p.name for p in d.parts}
+    return compose(d, [(LineSpace, members), (LumpSpace, parts)])
 
 
 class LineSpace:
-    """Linear elements along members, trigonometric interpolation round tubes; lumps."""
+    """Linear elements along members; see ``thermal.discretisation``."""
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         self._description = description
         self._members = {m.name: m for m in description.members}
         self.x, self.regions, self.start = layout(description)
         self.given = given(description, self.regions, self.x)
         self._lines = discretise(description.members)
-        self._stored, self._around, self._along = bulk_terms(description, self._lines, self.regions)
+        self._chains = chains(description.members, self._lines, self.regions)
+        self._watched = [(m, watched(m)) for m in description.members]
 
     def face(self, side: Side) -> Face:
-        """The outer face of a member."""
-        name = side.thing
-        return [outer_face(self._members[name], self._lines[name], self.regions)]
+        """Strips between half stations all round, or the pieces of an end section."""
+        return self._face(side, False)
 
-    irradiated = face
+    def irradiated(self, side: Side) -> Face:
+        """As ``face``, with strips narrow enough for the edge of light and shadow."""
+        return self._face(side, True)
+
+    def _face(self, side: Side, fine: bool) -> Face:
+        m = self._members[side.thing]
+        dofs = stations(m, self.regions)
+        if side.face in ENDS:
+            return end_face(m, side.face, dofs[:1] if side.face == "start" else dofs[-1:])
+        return lengthwise_face(m, side.face, fine, dofs, self._lines[m.name].lengths)
 
     def absorbing(self, side: Side, direction: Array | None) -> Array:
         """(n,) [m^2] by which a flux density is absorbed."""
-        name = side.thing
-        return absorbing_loads(self._members[name], self._lines[name], self.regions, direction)
+        if side.face != "outer":
+            return facing_loads(self.irradiated(side), direction, len(self.x))
+        m, loads = self._members[side.thing], np.zeros(len(self.x))
+        widths = absorbing_widths(m.section, m.wall_points, facing(m, direction))
+        loads[self.regions[m.name]] = (self._lines[m.name].lengths[:, None] * widths).ravel()
+        return loads
 
     def place(self, place: Place) -> Mean:
-        """All round the end of a member, or a part."""
+        """All round the end of a member, or all of it by volume."""
         nodes = place_nodes(self._description, self.regions, place)
-        return Mean(nodes, np.full(len(nodes), 1.0 / len(nodes)))
+        lengths = np.ones(1) if place.end else self._lines[place.name].lengths
+        weights = np.repeat(lengths / lengths.sum(), self._members[place.name].wall_points)
+        return Mean(nodes, weights / weights.sum())
 
     def heat(self, T: Array) -> Array:
         """(n,) [J]  stored heat, each temperature's share."""
         out = np.zeros_like(T)
-        for term in self._stored:
-            add_heat(term, T, out)
+        for chain in self._chains:
+            add_heat(chain, T, out)
         return out
 
     def power(self, T: Array) -> Array:
         """(n,) [W] received by conduction."""
         out = np.zeros_like(T)
-        for around in self._around:
-            add_around(around, T, out)
-        for along in self._along:
-            add_along(along, T, out)
+        for chain in self._chains:
+            add_power(chain, T, out)
         return out
 
     def entries(self) -> tuple[Indices, Indices]:
         """Rows and columns of ``tangent``."""
-        dofs = [s.dofs for s in self._stored] + [a.dofs for a in self._around]
-        return block_entries(dofs + [a.dofs for a in self._along])
+        none = np.empty(0, np.intp)
+        rows, columns = zip((none, none), *(entries(chain) for chain in self._chains), strict=True)
+        return np.concatenate(rows), np.concatenate(columns)
 
     def tangent(self, T: Array, tau: float) -> Array:
         """Entries in the order of ``entries``."""
-        stored = [capacity_blocks(s, T).ravel() for s in self._stored]
-        conducted = [tau * around_blocks(a, T).ravel() for a in self._around]
-        conducted += [tau * along_blocks(a, T).ravel() for a in self._along]
-        return np.concatenate([np.empty(0), *stored, *conducted])
+        return np.concatenate([np.empty(0), *(tangent(c, T, tau) for c in self._chains)])
 
     def unusable(self, T: Array) -> str:
         """Which property's range ``T`` has left, or ""."""
-        for term in self._stored:
-            at = blend(T, term.dofs, term.values)
-            slack = 1e-9 * at.max()  # round-off of the interpolation
-            for p in term.properties:
-                if at.min() < p.lower - slack or at.max() > p.upper + slack:
-                    station, angle = np.argwhere((at < p.lower - slack) | (at > p.upper + slack))[0]
-                    return (
-                        f"{self._owner(int(term.dofs[station, 0]))} left the range of {p.name} "
-                        f"({p.lower:g} K to {p.upper:g} K) with {at[station, angle]:g} K"
-                    )
-        return ""
+        found = (
+            left_range(m, T[stations(m, self.regions)] @ values.T) for m, values in self._watched
+        )
+        return next(filter(None, found), "")
 
-    def _owner(self, node: int) -> str:
-        return next(f"'{name}'" for name, nodes in self.regions.items() if node in nodes)
+
+def facing(m: Member, direction: Array | None) -> Array | None:
+    """(stations, 2)  minus the unit direction of rays along e2 and e3."""
+    if direction is None:
+        return None
+    rays = np.asarray(direction, dtype=float)
+    return -np.asarray(m.axes, dtype=float)[:, 1:] @ (rays / np.linalg.norm(rays))
+
+
+def watched(m: Member) -> Array:
+    """(P, N)  shape functions where the range of the properties is watched: also at the outline."""
+    inside = profile(m.wall_points).values
+    if m.section.kind == "tube" or m.wall_points == 1:
+        return inside
+    outline = outer_contour(m.section, m.wall_points).offsets
+    return np.vstack([inside, values_at(m.section, m.wall_points, outline)])
+
+
+def properties(m: Member) -> list[Property]:
+    """Those that the temperatures of a member must keep to the range of."""
+    across = m.material.conductivities if m.wall_points > 1 else m.material.conductivities[:1]
+    return list(dict.fromkeys([m.material.heat_capacity, *across]))
+
+
+def left_range(m: Member, at: Array) -> str:
+    """Which property's range temperatures ``at`` [K] of a member have left, or ""."""
+    slack = 1e-9 * at.max()  # round-off of the interpolation
+    for p in properties(m):
+        if at.min() < p.lower - slack or at.max() > p.upper + slack:
+            worst = at.min() if at.min() < p.lower - slack else at.max()
+            return (
+                f"'{m.name}' left the range of {p.name} "
+                f"({p.lower:g} K to {p.upper:g} K) with {worst:g} K"
+            )
+    return ""

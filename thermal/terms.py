@@ -1,13 +1,11 @@
-"""Finite element terms of heat on lines: what each stores or conducts, and its tangent.
+"""Finite element terms of heat on lines: what a group of members stores and conducts.
 
-A term holds arrays made when the model is built. Temperatures between the N wall points of a
-station come from the cardinal functions C of ``thermal.circumference`` at M angles. Storage,
-exchange over the surface and conduction round the circumference are summed at the stations
-(trapezoidal rule along the member, "mass lumping", Thomée 2006, ch. 15), so that a station is
-never cooled by heating its neighbour; conduction along the member takes Gauss points.
+Temperatures between the N values of a station come from the shape functions C of its section
+(``thermal.profiles``) at M points. Storage and conduction across the section are summed at the
+stations (trapezoidal rule along the member, "mass lumping", Thomée 2006, ch. 15), so that a
+station is never cooled by heating its neighbour; conduction along takes Gauss points.
 
-Each term has ``dofs`` (n, k) intp and functions of the temperatures: heat or power is added into
-an array over all temperatures, tangents are returned as blocks (n, k, k).
+Heat or power is added into an array over all temperatures; tangents are blocks between stations.
 """
 
 from typing import NamedTuple
@@ -16,122 +14,126 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.materials import Material, Property
-from thermal.discretisation import weighted
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-class Storage(NamedTuple):
-    """Heat capacity at stations of members, or of lumps (one wall point, one angle).
+class Crossing(NamedTuple):
+    """Conduction across the sections along one coordinate.
 
-    dofs : (n, N) intp
-    mass : (n,) float [kg]  at each of the M angles
-    values : (M, N) float  C
-    properties : those whose range the temperatures must keep to
+    factor : (n,) float [m]  volume of a station and a point over the square of the scale
+    slopes : (M, N) float  dC of the coordinate
     """
 
-    dofs: Indices
-    mass: Array
-    values: Array
-    material: Material
-    properties: tuple[Property, ...]
-
-
-class Around(NamedTuple):
-    """Conduction round the circumference of tubes.
-
-    dofs : (n, N) intp
-    factor : (n,) float [m]  wall cross-section belonging to a station and an angle, over R^2,
-        times the circumference's share of that angle
-    values, slopes : (M, N) float  C and dC/dphi
-    """
-
-    dofs: Indices
     factor: Array
-    values: Array
     slopes: Array
-    material: Material
+    conductivity: Property
 
 
-class Along(NamedTuple):
-    """Conduction between neighbouring stations, linear elements.
+class Chain(NamedTuple):
+    """Stations of members of one material and one number of values, and elements between them.
 
-    dofs : (n, 2N) intp  near station, far station
-    shape : (2, n, q) float  linear shape functions at the q Gauss points
-    factor : (n, q) float [m]  area / M * weight * slope^2
+    dofs : (n, N) intp  of each station
+    near : (e,) intp  stations at the start of each element; its end is the next
+    mass : (n,) float [kg]  of a station, at each of the M points
+    shape : (2, e, q) float  linear shape functions at the q Gauss points
+    factor : (e, q) float [m]  area / M * weight * slope^2
     values : (M, N) float  C
     """
 
     dofs: Indices
+    near: Indices
+    mass: Array
     shape: Array
     factor: Array
     values: Array
+    crossings: tuple[Crossing, ...]
     material: Material
 
 
-def blend(T: Array, dofs: Indices, values: Array) -> Array:
-    """(n, M) [K]  temperatures at the angles of each station."""
-    return T[dofs] @ values.T
+def add_heat(c: Chain, T: Array, out: Array) -> None:
+    """Stored heat [J], the share of each value."""
+    h = c.material.enthalpy(T[c.dofs] @ c.values.T)
+    out[c.dofs] += (c.mass[:, None] * h) @ c.values
 
 
-def add_heat(s: Storage, T: Array, out: Array) -> None:
-    """Stored heat [J], each wall point's share."""
-    h = s.material.enthalpy(blend(T, s.dofs, s.values))
-    out[s.dofs] += (s.mass[:, None] * h) @ s.values
+def add_power(c: Chain, T: Array, out: Array) -> None:
+    """Power [W] conducted to each value."""
+    own = T[c.dofs]
+    at = own @ c.values.T
+    k, jump, _ = _along(c, at)
+    flow = k * jump
+    power = np.zeros_like(at)
+    power[c.near] += flow
+    power[c.near + 1] -= flow
+    total = power @ c.values
+    for cross in c.crossings:
+        flux = cross.factor[:, None] * cross.conductivity(at) * (own @ cross.slopes.T)
+        total -= flux @ cross.slopes
+    out[c.dofs] += total
 
 
-def capacity_blocks(s: Storage, T: Array) -> Array:
-    """(n, N, N) [J/K]  derivative of the stored heat."""
-    c = s.material.heat_capacity(blend(T, s.dofs, s.values))
-    return weighted(s.mass[:, None] * c, s.values, s.values)
+def entries(c: Chain) -> tuple[Indices, Indices]:
+    """Rows and columns of ``tangent``: stations, then elements near to far and far to near."""
+    near, far = c.dofs[c.near], c.dofs[c.near + 1]
+    pairs = [_pairs(c.dofs, c.dofs), _pairs(near, far), _pairs(far, near)]
+    rows, columns = zip(*pairs, strict=True)
+    return np.concatenate(rows), np.concatenate(columns)
 
 
-def add_around(a: Around, T: Array, out: Array) -> None:
-    """Power [W] conducted to each wall point round the circumference."""
-    k = a.material.conductivity(blend(T, a.dofs, a.values))
-    out[a.dofs] -= (a.factor[:, None] * k * blend(T, a.dofs, a.slopes)) @ a.slopes
+def tangent(c: Chain, T: Array, tau: float) -> Array:
+    """Entries of the derivative of heat minus ``tau`` times power."""
+    own = T[c.dofs]
+    at = own @ c.values.T
+    k, jump, between = _along(c, at)
+    by_near, by_far = -tau * k, tau * k
+    if not c.material.conductivity.is_constant:
+        dk = tau * c.material.conductivity.derivative(between) * jump[None]
+        by_near += _at_gauss(c.factor * c.shape[0], dk)
+        by_far += _at_gauss(c.factor * c.shape[1], dk)
+    products = _products(c.values, c.values)
+    stations = c.mass[:, None] * c.material.heat_capacity(at)
+    stations[c.near] -= by_near
+    stations[c.near + 1] += by_far
+    blocks = stations @ products
+    for cross in c.crossings:
+        blocks += tau * _crossing_blocks(cross, c.values, own, at)
+    return np.concatenate(
+        [blocks.ravel(), (-by_far @ products).ravel(), (by_near @ products).ravel()]
+    )
 
 
-def around_blocks(a: Around, T: Array) -> Array:
-    """(n, N, N) [W/K]  minus the derivative of the power."""
-    conductivity = a.material.conductivity
-    at = blend(T, a.dofs, a.values)
-    k = a.factor[:, None] * conductivity(at)
-    blocks = weighted(k, a.slopes, a.slopes)
-    if not conductivity.is_constant:
-        dk = a.factor[:, None] * conductivity.derivative(at) * blend(T, a.dofs, a.slopes)
-        blocks += weighted(dk, a.slopes, a.values)
+def _crossing_blocks(cross: Crossing, values: Array, own: Array, at: Array) -> Array:
+    """(n, N N) [W/K]  minus the derivative of the power conducted across."""
+    k, slopes = cross.conductivity, cross.slopes
+    blocks = (cross.factor[:, None] * k(at)) @ _products(slopes, slopes)
+    if not k.is_constant:
+        flux = cross.factor[:, None] * k.derivative(at) * (own @ slopes.T)
+        blocks += flux @ _products(slopes, values)
     return blocks
 
 
-def add_along(a: Along, T: Array, out: Array) -> None:
-    """Power [W] conducted to each wall point along the member."""
-    n = a.values.shape[1]
-    near, far, between = _along_temperatures(a, T)
-    k = a.material.conductivity(between)
-    power = (np.einsum("eq,eqm->em", a.factor, k) * (far - near)) @ a.values
-    out[a.dofs[:, :n]] += power
-    out[a.dofs[:, n:]] -= power
+def _products(rows: Array, columns: Array) -> Array:
+    """(M, N N)"""
+    return (rows[:, :, None] * columns[:, None, :]).reshape(len(rows), -1)
 
 
-def along_blocks(a: Along, T: Array) -> Array:
-    """(n, 2N, 2N) [W/K]  minus the derivative of the power."""
-    conductivity = a.material.conductivity
-    near, far, between = _along_temperatures(a, T)
-    k = np.einsum("eq,eqm->em", a.factor, conductivity(between))
-    by_near, by_far = -k, k
-    if not conductivity.is_constant:
-        dk = conductivity.derivative(between) * (far - near)[:, None, :]
-        by_near = by_near + np.einsum("eq,eqm->em", a.factor * a.shape[0], dk)
-        by_far = by_far + np.einsum("eq,eqm->em", a.factor * a.shape[1], dk)
-    row = np.concatenate([weighted(d, a.values, a.values) for d in (by_near, by_far)], axis=2)
-    return np.concatenate([-row, row], axis=1)
+def _along(c: Chain, at: Array) -> tuple[Array, Array, Array]:
+    """Conductance (e, M) [W/K], far minus near (e, M), temperatures (q, e, M) at Gauss points."""
+    near, far = at[c.near], at[c.near + 1]
+    between = c.shape[0].T[..., None] * near + c.shape[1].T[..., None] * far
+    return _at_gauss(c.factor, c.material.conductivity(between)), far - near, between
 
 
-def _along_temperatures(a: Along, T: Array) -> tuple[Array, Array, Array]:
-    """At the angles of the near and far stations (n, M) and at the Gauss points (n, q, M)."""
-    n = a.values.shape[1]
-    near, far = blend(T, a.dofs[:, :n], a.values), blend(T, a.dofs[:, n:], a.values)
-    between = a.shape[0][..., None] * near[:, None] + a.shape[1][..., None] * far[:, None]
-    return near, far, between
+def _at_gauss(weight: Array, values: Array) -> Array:
+    """(e, M)  sum over Gauss points of weight (e, q) times values (q, e, M)."""
+    return sum(w[:, None] * v for w, v in zip(weight.T, values, strict=True))
+
+
+def _pairs(rows: Indices, columns: Indices) -> tuple[Indices, Indices]:
+    shape = (*rows.shape, columns.shape[1])
+    return (
+        np.broadcast_to(rows[:, :, None], shape).ravel(),
+        np.broadcast_to(columns[:, None, :], shape).ravel(),
+    )
