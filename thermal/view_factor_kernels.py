@@ -143,7 +143,7 @@ def _candidates(i, j, where, centres, radii, out):
     square = max((d**2).sum(), 1e-300)
     reach = max(radii[i], radii[j])
     for k in range(len(radii)):
-        if (where[k, i] | where[k, j]) != (FRONT | BACK) or k == i or k == j:
+        if k in (i, j) or where[k, i] | where[k, j] != FRONT | BACK:
             continue
         if not (where[i, k] & FRONT and where[j, k] & FRONT):
             continue
@@ -156,19 +156,22 @@ def _candidates(i, j, where, centres, radii, out):
 
 
 @njit(cache=True)
-def _point(corners, n, u, v, out):
-    """Point of a convex polygon, even by area for even (u, v) in the unit square."""
-    areas, whole = np.empty(n - 2), 0.0
+def _fan(corners, n):
+    """Twice the areas of the triangles from the first corner."""
+    areas = np.empty(n - 2)
     for i in range(n - 2):
         a, b = corners[i + 1] - corners[0], corners[i + 2] - corners[0]
-        x = a[1] * b[2] - a[2] * b[1]
-        y = a[2] * b[0] - a[0] * b[2]
-        z = a[0] * b[1] - a[1] * b[0]
+        x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
         areas[i] = sqrt(x * x + y * y + z * z)
-        whole += areas[i]
-    u *= whole
+    return areas
+
+
+@njit(cache=True)
+def _point(corners, areas, u, v, out):
+    """Point of a convex polygon, even by area for even (u, v) in the unit square."""
+    u *= areas.sum()
     i = 0
-    while i < n - 3 and u > areas[i]:
+    while i < len(areas) - 1 and u > areas[i]:
         u -= areas[i]
         i += 1
     s = sqrt(min(1.0, u / areas[i])) if areas[i] > 0.0 else 0.0
@@ -183,11 +186,12 @@ def _hit(a, b, corners, n, plane):
     before, after = _height(plane, a), _height(plane, b)
     if before * after >= 0.0:
         return False
-    x = a + (b - a) * (before / (before - after))
+    s = before / (before - after)
+    x, y, z = a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
     for i in range(n):
         p, q = corners[i], corners[(i + 1) % n]
         ex, ey, ez = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        rx, ry, rz = x[0] - p[0], x[1] - p[1], x[2] - p[2]
+        rx, ry, rz = x - p[0], y - p[1], z - p[2]
         turn = plane[0] * (ey * rz - ez * ry) + plane[1] * (ez * rx - ex * rz)
         if turn + plane[2] * (ex * ry - ey * rx) < 0.0:
             return False
@@ -196,9 +200,11 @@ def _hit(a, b, corners, n, plane):
 
 @njit(cache=True)
 def _clear(a, b, blockers, m, corners, counts, planes):
+    """Whether none is hit; the one that is goes to the front, as the next ray may hit it too."""
     for k in range(m):
         which = blockers[k]
         if _hit(a, b, corners[which], counts[which], planes[which]):
+            blockers[k], blockers[0] = blockers[0], which
             return False
     return True
 
@@ -207,13 +213,20 @@ def _clear(a, b, blockers, m, corners, counts, planes):
 def visible(one, n, other, m, normals, blockers, k, corners, counts, planes, rays):
     """Share of the exchange of two polygons that others leave, by rays between points of them."""
     a, b, open_, total = np.empty(3), np.empty(3), 0.0, 0.0
+    one_areas, other_areas = _fan(one, n), _fan(other, m)
     for ray in range(rays):
-        u = (0.5 + (ray + 1) * LATTICE) % 1.0
-        _point(one, n, u[0], u[1], a)
-        _point(other, m, u[2], u[3], b)
-        r = b - a
-        square = (r * r).sum()
-        weight = (normals[0] * r).sum() * -(normals[1] * r).sum() / (square * square)
+        t = ray + 1.0
+        u, v = (0.5 + t * LATTICE[0]) % 1.0, (0.5 + t * LATTICE[1]) % 1.0
+        _point(one, one_areas, u, v, a)
+        u, v = (0.5 + t * LATTICE[2]) % 1.0, (0.5 + t * LATTICE[3]) % 1.0
+        _point(other, other_areas, u, v, b)
+        from_one, from_other, square = 0.0, 0.0, 0.0
+        for c in range(3):
+            r = b[c] - a[c]
+            from_one += normals[0, c] * r
+            from_other -= normals[1, c] * r
+            square += r * r
+        weight = from_one * from_other / (square * square)
         weight = max(weight, 0.0)
         total += weight
         if _clear(a, b, blockers, k, corners, counts, planes):

@@ -18,7 +18,7 @@ Indices = NDArray[np.intp]
 
 TOLERANCE = 1e-10  # of each pair of edges, over the smaller area of the two facets
 FLAT = 1e-6  # height of a corner over the plane of the others, over the size of the facet
-RAYS = 1024
+RAYS = 256
 
 
 class Facets(NamedTuple):
