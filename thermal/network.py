@@ -1,229 +1,178 @@
-"""From a description to the lumps and conductances of ``thermal.lumped``."""
+"""From a description to the lumps and conductors of ``thermal.lumped``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meshes.materials import Material, Property
-from thermal.description import (
-    Description,
-    Flux,
-    History,
-    Member,
-    Place,
-    Radiation,
-    Source,
-)
-from thermal.layout import place_nodes, wall_angles
+from meshes.sections import Section
+from meshes.surfaces import Surface
+from thermal.description import Description, Member, Sheet
+from thermal.layout import arclength, node_areas
+from thermal.profiles import GRADIENTS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Regions = Mapping[str, Indices]
 
-SIGMA = 5.670374419e-8  # Stefan-Boltzmann constant [W/(m^2 K^4)]
+RIGHT = 1e-9  # cosine below which an angle is a right one
 
 
-class Substance(NamedTuple):
-    """Nodes and conductors of one material; ``needs``: whose range which nodes must keep to."""
+class Store(NamedTuple):
+    """Lumps of one material; ``needs``: properties to whose range they must keep.
 
-    material: Material
-    nodes: Indices
-    conductors: Indices
-    needs: tuple[tuple[Property, Indices], ...]
-
-
-class Radiator(NamedTuple):
-    """Faces that radiate; strength (k,) float [W/K^4] = sigma * emissivity * area."""
-
-    name: str
-    nodes: Indices
-    strength: Array
-    sink: History
-
-
-class Feed(NamedTuple):
-    """Power: loads (k,) of nodes times a history."""
-
-    name: str
-    nodes: Indices
-    loads: Array
-    history: History
-
-
-class Outlet(NamedTuple):
-    """Conductance [W/K] from the mean of ``nodes`` to a given temperature."""
-
-    name: str
-    nodes: Indices
-    conductance: float
-    history: History
-
-
-class Bridge(NamedTuple):
-    """Conductance [W/K] between the means of two sets of nodes."""
-
-    a: Indices
-    b: Indices
-    conductance: float
-
-
-class Network(NamedTuple):
-    """Lumps, conductors between them, and what joins them to the outside.
-
-    mass : (n,) float [kg]
-    a, b : (m,) intp, shape : (m,) float [m]  cross-section over length of each conductor
-    link_rows, link_columns, link_values : entries of the matrix [W/K] of bridges and outlets
+    nodes : (k,) intp
+    mass : (k,) float [kg]
     """
 
+    nodes: Indices
     mass: Array
+    material: Material
+    needs: tuple[Property, ...]
+
+
+class Conductors(NamedTuple):
+    """Conductors of one conductivity, which each takes at the mean of its two temperatures.
+
+    a, b : (m,) intp
+    shape : (m,) float [m]  cross-section over length
+    """
+
     a: Indices
     b: Indices
     shape: Array
-    substances: list[Substance]
-    radiators: list[Radiator]
-    feeds: list[Feed]
-    outlets: list[Outlet]
-    bridges: list[Bridge]
-    link_rows: Indices
-    link_columns: Indices
-    link_values: Array
+    conductivity: Property
 
 
-def network(description: Description, regions: Regions) -> Network:
-    """Network of a description whose temperatures are numbered by ``regions``."""
-    mass = np.zeros(sum(len(nodes) for nodes in regions.values()))
+def stores(description: Description, regions: Regions) -> list[Store]:
+    """All lumps; those of one material that need the same properties are one store."""
+    found = [Store(regions[m.name], masses(m), m.material, _member_needs(m))
+             for m in description.members]  # fmt: skip
     for p in description.parts:
-        mass[regions[p.name]] = p.mass
-    for m in description.members:
-        per_length = m.material.density * m.section.area / m.wall_points
-        mass[regions[m.name]] = per_length * _cell_lengths(m)
-    wires = [_conductors(m, regions[m.name]) for m in description.members]
-    none = (np.empty(0, np.intp), np.empty(0, np.intp), np.empty(0))
-    a, b, shape = (np.concatenate(column) for column in zip(none, *wires, strict=True))
-    outlets, bridges = _links(description, regions)
-    return Network(
-        mass,
-        a,
-        b,
-        shape,
-        _substances(description, regions, a),
-        _radiators(description, regions),
-        _feeds(description, regions),
-        outlets,
-        bridges,
-        *_link_entries(outlets, bridges),
-    )
+        needs: tuple[Property, ...] = (p.material.heat_capacity,)
+        found.append(Store(regions[p.name], np.array([float(p.mass)]), p.material, needs))
+    for s in description.sheets:
+        needs = (s.material.heat_capacity, *s.material.conductivities)
+        found.append(Store(regions[s.name], face_masses(s), s.material, needs))
+    groups: dict[tuple[int, tuple[int, ...]], list[Store]] = {}
+    for store in found:
+        key = id(store.material), tuple(id(p) for p in store.needs)
+        groups.setdefault(key, []).append(store)
+    return [_merged_stores(group) for group in groups.values()]
 
 
-def _cell_lengths(m: Member) -> Array:
-    """(stations * wall_points,) [m]  half the distance to each neighbouring station."""
-    steps = np.linalg.norm(np.diff(m.points, axis=0), axis=1)
-    return np.repeat(0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)), m.wall_points)
+def conductors(description: Description, regions: Regions) -> list[Conductors]:
+    """All conductors, those of one conductivity together."""
+    found = [c for m in description.members for c in _member_conductors(m, regions[m.name])]
+    found += [c for s in description.sheets for c in _sheet_conductors(s, regions[s.name])]
+    groups: dict[int, list[Conductors]] = {}
+    for c in found:
+        groups.setdefault(id(c.conductivity), []).append(c)
+    return [_merged_conductors(group) for group in groups.values()]
 
 
-def _conductors(m: Member, nodes: Indices) -> tuple[Indices, Indices, Array]:
+def cell_lengths(m: Member) -> Array:
+    """(stations,) [m]  half the distance to each neighbouring station."""
+    steps = np.diff(arclength(m.points))
+    return 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+
+
+def masses(m: Member) -> Array:
+    """(stations * wall_points,) [kg]  half of the wall to each neighbouring station."""
+    share = m.material.density * m.section.area / m.wall_points
+    return np.repeat(share * cell_lengths(m), m.wall_points)
+
+
+def face_masses(s: Sheet) -> Array:
+    """(2 nodes,) [kg]  half of the thickness to each face."""
+    return np.repeat(0.5 * s.material.density * s.thickness * node_areas(s), 2)
+
+
+def _merged_stores(group: Sequence[Store]) -> Store:
+    nodes, mass = (np.concatenate([store[k] for store in group]) for k in (0, 1))
+    return Store(nodes, mass, group[0].material, group[0].needs)
+
+
+def _merged_conductors(group: Sequence[Conductors]) -> Conductors:
+    a, b, shape = (np.concatenate([c[k] for c in group]) for k in (0, 1, 2))
+    return Conductors(a, b, shape, group[0].conductivity)
+
+
+def _member_needs(m: Member) -> tuple[Property, ...]:
+    """Of the heat capacity and of the conductivities along, around and through, as used."""
+    used = 1 if m.wall_points == 1 else 3 if m.wall_points == GRADIENTS else 2
+    return m.material.heat_capacity, *m.material.conductivities[:used]
+
+
+def _member_conductors(m: Member, nodes: Indices) -> Iterator[Conductors]:
+    """Along a member, and round its wall or across its section."""
     n, grid = m.wall_points, nodes.reshape(-1, m.wall_points)
-    steps = np.linalg.norm(np.diff(m.points, axis=0), axis=1)
-    along = np.repeat(m.section.area / n / steps, n)
-    if n == 1:
-        return grid[:-1].ravel(), grid[1:].ravel(), along
-    arc = 2.0 * np.pi * m.section.radius / n
-    around = m.section.thickness * _cell_lengths(m) / arc
-    return (
-        np.concatenate([grid[:-1].ravel(), grid.ravel()]),
-        np.concatenate([grid[1:].ravel(), np.roll(grid, -1, axis=1).ravel()]),
-        np.concatenate([along, around]),
-    )
+    steps, lengths = np.diff(arclength(m.points)), cell_lengths(m)
+    along, around, through = m.material.conductivities
+    shapes = np.repeat(m.section.area / n / steps, n)
+    yield Conductors(grid[:-1].ravel(), grid[1:].ravel(), shapes, along)
+    onward = np.roll(grid, -1, axis=1)
+    if n == GRADIENTS:
+        for ring, k in zip(_across(m.section), (around, through), strict=True):
+            yield Conductors(grid.ravel(), onward.ravel(), np.outer(lengths, ring).ravel(), k)
+    elif n > 1:
+        yield Conductors(grid.ravel(), onward.ravel(), np.repeat(lengths * _around(m), n), around)
 
 
-def _substances(description: Description, regions: Regions, a: Indices) -> list[Substance]:
-    materials = {id(m.material): m.material for m in description.members}
-    materials.update({id(p.material): p.material for p in description.parts})
-    found = []
-    for key, material in materials.items():
-        walls = _nodes_of([m.name for m in description.members if id(m.material) == key], regions)
-        lumps = _nodes_of([p.name for p in description.parts if id(p.material) == key], regions)
-        nodes = np.concatenate([walls, lumps])
-        needs = ((material.heat_capacity, nodes), (material.conductivity, walls))
-        found.append(Substance(material, nodes, np.flatnonzero(np.isin(a, walls)), needs))
-    return found
+def _around(m: Member) -> float:
+    """Wall over the arc between two wall points, per length of the member."""
+    return m.section.thickness * m.wall_points / (2.0 * np.pi * m.section.radius)
 
 
-def _nodes_of(names: Sequence[str], regions: Regions) -> Indices:
-    return np.concatenate([np.empty(0, np.intp), *(regions[name] for name in names)])
+def _across(section: Section) -> tuple[Array, Array]:
+    """(3,) [-]  from each of three temperatures of a section to the next, per length.
+
+    With them the gradients along e2 (first) and e3 (second) dissipate what they do in the
+    section, the squares of the gradients times area and conductivity. Where the sum of two is
+    negative, as of a section that is wide along e3, so is that conductor.
+    """
+    y, z = (section.area**2 / (2.0 * x) for x in (section.second_moment_2, section.second_moment_3))
+    return y * np.array([2.0, -1.0, 2.0]) / 9.0, z * np.array([0.0, 1.0, 0.0]) / 3.0
 
 
-def _radiators(description: Description, regions: Regions) -> list[Radiator]:
-    members = {m.name: m for m in description.members}
-    found = []
-    for c in description.conditions:
-        if isinstance(c, Radiation):
-            m = members[c.body]
-            area = m.section.outer_perimeter / m.wall_points * _cell_lengths(m)
-            found.append(Radiator(c.name, regions[m.name], SIGMA * c.emissivity * area, c.sink))
-    return found
+def _sheet_conductors(s: Sheet, nodes: Indices) -> Iterator[Conductors]:
+    """In both faces, each with half of the thickness, and between them."""
+    grid = nodes.reshape(-1, 2)
+    along, across, through = s.material.conductivities
+    for a, b, by_along, by_across in _in_plane(s.surface):
+        for shape, conductivity in ((by_along, along), (by_across, across)):
+            kept = shape != 0.0
+            for face in grid.T:
+                half = 0.5 * s.thickness * shape[kept]
+                yield Conductors(face[a[kept]], face[b[kept]], half, conductivity)
+    yield Conductors(grid[:, 0], grid[:, 1], node_areas(s) / s.thickness, through)
 
 
-def _feeds(description: Description, regions: Regions) -> list[Feed]:
-    members = {m.name: m for m in description.members}
-    found = []
-    for c in description.conditions:
-        if isinstance(c, Flux):
-            m = members[c.body]
-            loads = _lit_widths(m, c.direction).ravel() * _cell_lengths(m)
-            found.append(Feed(c.name, regions[m.name], loads, c.density))
-        elif isinstance(c, Source):
-            nodes = place_nodes(description, regions, c.place)
-            found.append(Feed(c.name, nodes, np.full(len(nodes), 1.0 / len(nodes)), c.power))
-    return found
+def _in_plane(surface: Surface) -> Iterator[tuple[Indices, Indices, Array, Array]]:
+    """Conductors between the corners of elements, with their share of both conductivities.
+
+    The energy of conduction, by the gradient along d_u and across it, is summed at the corners.
+    Where d_u and d_v are not at right angles, the product p q of two differences is written
+    p^2 + q^2 - (p - q)^2 over 2, which is a conductor from tip to tip.
+    """
+    a, b = surface.sizes.T
+    for corner in range(4):
+        at = surface.quads[:, corner]
+        to_u, to_v = surface.quads[:, corner ^ 1], surface.quads[:, 3 - corner]
+        aspect, lean = _shape_at(surface, at)
+        mixed = 0.25 * lean / aspect * (1.0 if corner in (0, 2) else -1.0)
+        zero = np.zeros_like(mixed)
+        yield at, to_u, 0.25 * b / a * aspect, 0.25 * b / a * lean**2 / aspect - mixed
+        yield at, to_v, zero, 0.25 * a / b / aspect - mixed
+        yield to_u, to_v, zero, mixed
 
 
-def _lit_widths(m: Member, direction: Array | None) -> Array:
-    """(stations, wall_points) [m]  of the outer contour as the rays see it, cell by cell."""
-    n, section = m.wall_points, m.section
-    if direction is None:
-        return np.full((len(m.points), n), section.outer_perimeter / n)
-    unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    y, z = -np.asarray(m.axes)[:, 1] @ unit, -np.asarray(m.axes)[:, 2] @ unit
-    if n > 1:
-        centre = wall_angles(n) - np.arctan2(z, y)[:, None]
-        lit = _lit_up_to(centre + np.pi / n) - _lit_up_to(centre - np.pi / n)
-        return 0.5 * section.height * np.hypot(y, z)[:, None] * lit
-    if section.kind in ("tube", "circle"):
-        return section.height * np.hypot(y, z)[:, None]
-    return (section.width * np.abs(y) + section.height * np.abs(z))[:, None]
-
-
-def _lit_up_to(psi: Array) -> Array:
-    """Integral of max(0, cos) from -pi/2 to psi: 2 for each full turn, sin + 1 within one."""
-    turns = np.floor((psi + np.pi) / (2.0 * np.pi))
-    within = np.clip(psi - 2.0 * np.pi * turns, -0.5 * np.pi, 0.5 * np.pi)
-    return 2.0 * turns + np.sin(within) + 1.0
-
-
-def _links(description: Description, regions: Regions) -> tuple[list[Outlet], list[Bridge]]:
-    outlets, bridges = [], []
-    for x in description.links:
-        a = place_nodes(description, regions, x.a)
-        if isinstance(x.b, Place):
-            bridges.append(Bridge(a, place_nodes(description, regions, x.b), x.conductance))
-        else:
-            outlets.append(Outlet(x.name, a, x.conductance, x.b))
-    return outlets, bridges
-
-
-def _link_entries(
-    outlets: Sequence[Outlet], bridges: Sequence[Bridge]
-) -> tuple[Indices, Indices, Array]:
-    """Entries of minus the derivative of the link powers."""
-    pairs = [(o.nodes, o.nodes, o.conductance) for o in outlets]
-    for c in bridges:
-        pairs += [(c.a, c.a, c.conductance), (c.b, c.b, c.conductance)]
-        pairs += [(c.a, c.b, -c.conductance), (c.b, c.a, -c.conductance)]
-    none = [np.empty(0, np.intp)]
-    rows = np.concatenate(none + [np.repeat(i, len(j)) for i, j, _ in pairs])
-    columns = np.concatenate(none + [np.tile(j, len(i)) for i, j, _ in pairs])
-    values = [np.full(len(i) * len(j), g / (len(i) * len(j))) for i, j, g in pairs]
-    return rows, columns, np.concatenate([np.empty(0), *values])
+def _shape_at(surface: Surface, nodes: Indices) -> tuple[Array, Array]:
+    """Of d_v, its part across d_u and its part along d_u, both over the length of d_u."""
+    u, v = surface.d_u[nodes], surface.d_v[nodes]
+    square = np.einsum("nc,nc->n", u, u)
+    across = np.linalg.norm(np.cross(u, v), axis=1) / square
+    along = np.einsum("nc,nc->n", u, v) / square
+    return across, np.where(np.abs(along) > RIGHT * across, along, 0.0)

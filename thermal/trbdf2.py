@@ -1,21 +1,19 @@
-"""TR-BDF2 for networks of heat capacities: mass h(T) per node, powers that depend on T and t.
+"""TR-BDF2 for networks of heat capacities: heat E(T), powers that depend on T and t.
 
 Trapezoidal rule to t + gamma h, then the second backward difference formula to t + h, with
 gamma = 2 - sqrt(2) (Bank et al. 1985): L-stable, of order 2, one matrix form for both stages.
 Written for the stored heat, so that the balance of every step closes to round-off. Steps are
-the interval halved as often as the local error asks for.
+the interval halved as often as the local error asks for, or equal ones.
 """
 
-from math import sqrt
-from typing import NamedTuple, Protocol
+from math import inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import spsolve
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from thermal.description import Settings
+from thermal.integration import Interval
+from thermal.stages import Array, Point, System, evaluate, fault, start
 
 GAMMA = 2.0 - sqrt(2.0)
 EARLY = 1.0 / (2.0 * (2.0 - GAMMA))  # weight of the powers at t and at t + gamma h
@@ -28,132 +26,119 @@ STEPS = 10_000  # in one interval, tried
 ITERATIONS = 15
 
 
-class Network(Protocol):
-    """What is integrated."""
+class _Step(NamedTuple):
+    """Its end, heat [J] through boundaries and to given temperatures, estimated error [K]."""
 
-    free: Indices
-
-    def impose(self, T: Array, t: float) -> Array:
-        """Copy of T with the prescribed temperatures of time t."""
-        ...
-
-    def heat(self, T: Array) -> Array:
-        """(n,) [J]"""
-        ...
-
-    def power(self, T: Array, t: float) -> tuple[Array, Array]:
-        """(n,) [W] into each node, (m,) [W] through each boundary."""
-        ...
-
-    def jacobian(self, T: Array, tau: float) -> csc_array:
-        """dE/dT - tau dF/dT of the free nodes."""
-        ...
-
-    def fault(self, T: Array) -> str:
-        """Why temperatures are of no use, or ""."""
-        ...
-
-
-class State(NamedTuple):
-    """Temperatures [K] with the heat [J] they stand for and the powers [W] at their time."""
-
-    T: Array
-    heat: Array
-    power: Array
-    flows: Array
-
-
-class Result(NamedTuple):
-    """End of an interval; heat [J] through boundaries (m,) and to prescribed nodes (n,)."""
-
-    T: Array
+    end: Point
     flows: Array
     reactions: Array
+    error: float
     why: str
 
 
+class _Sum:
+    """What an interval has gathered."""
+
+    def __init__(self, system: System, T: Array, t: float, source: Array) -> None:
+        self.point = start(system, T, t, source)
+        self.flows, self.reactions = np.zeros_like(self.point.flows), np.zeros_like(T)
+        self.why, self.steps = fault(system, self.point, t), 0
+
+    def take(self, new: _Step) -> None:
+        self.point, self.steps = new.end, self.steps + 1
+        self.flows += new.flows
+        self.reactions += new.reactions
+
+    def interval(self, why: str) -> Interval:
+        return Interval(self.point.T, self.flows, self.reactions, why, self.steps)
+
+
 def integrate(
-    network: Network, T: Array, t: float, h: float, source: Array, tolerance: float
-) -> Result:
-    """Temperatures at ``t + h``; ``source`` (n,) [W] is constant, ``tolerance`` in K per step."""
-    state = _state(network, network.impose(T, t), t, source)._replace(heat=network.heat(T))
-    flows, reactions = np.zeros_like(state.flows), np.zeros_like(T)
-    why = _problem(network, state.T, t)
+    system: System, T: Array, t: float, h: float, source: Array, settings: Settings
+) -> Interval:
+    """Temperatures at ``t + h``; ``source`` (n,) [W] is constant."""
+    so_far = _Sum(system, T, t, source)
+    if so_far.why:
+        return so_far.interval(so_far.why)
+    if settings.steps is None:
+        return _halving(system, so_far, t, h, source, settings.tolerance)
+    size = h / settings.steps
+    for i in range(settings.steps):
+        new = _step(system, so_far.point, t + i * size, size, source)
+        if new.why:
+            return so_far.interval(new.why)
+        so_far.take(new)
+    return so_far.interval("")
+
+
+def _halving(
+    system: System, so_far: _Sum, t: float, h: float, source: Array, tolerance: float
+) -> Interval:
     level, position = 0, 0  # position counts steps of h / 2**level
-    for _ in range(0 if why else STEPS):
+    for _ in range(STEPS):
         dt = h / 2**level
-        new, error, why = _step(network, state, t + position * dt, dt, source)
-        if why or error > tolerance:
+        new = _step(system, so_far.point, t + position * dt, dt, source)
+        if new.why or new.error > tolerance:
             level, position = level + 1, 2 * position
             if level > HALVINGS:
-                why = why or f"t = {t + position * dt / 2:g} s: steps cannot be made small enough"
-                break
+                at = t + 0.5 * position * dt
+                return so_far.interval(
+                    new.why or f"t = {at:g} s: steps cannot be made small enough"
+                )
             continue
-        given = EARLY * (state.power + new.middle.power) + LATE * new.end.power
-        flows += dt * (EARLY * (state.flows + new.middle.flows) + LATE * new.end.flows)
-        reactions += new.end.heat - state.heat - dt * given
-        state, position = new.end, position + 1
+        so_far.take(new)
+        position += 1
         if position == 2**level:
-            break
-        if error < tolerance / 16.0 and level > 0 and position % 2 == 0:
+            return so_far.interval("")
+        if new.error < tolerance / 16.0 and level > 0 and position % 2 == 0:
             level, position = level - 1, position // 2
-    else:
-        why = why or f"t = {t:g} s: more than {STEPS} steps within {h:g} s"
-    reactions[network.free] = 0.0
-    return Result(state.T, flows, reactions, why)
+    return so_far.interval(f"t = {t:g} s: more than {STEPS} steps within {h:g} s")
 
 
-class _Stages(NamedTuple):
-    middle: State
-    end: State
-
-
-def _step(
-    network: Network, start: State, t: float, h: float, source: Array
-) -> tuple[_Stages, float, str]:
+def _step(system: System, first: Point, t: float, h: float, source: Array) -> _Step:
     tau = LATE * h
-    base = start.heat + tau * start.power
-    middle, why = _solve(network, start.T, base, t + GAMMA * h, tau, source)
+    middle, why = _solve(
+        system, first.T, first.heat + tau * first.power, t + GAMMA * h, tau, source
+    )
     if why:
-        return _Stages(start, start), np.inf, why
-    base = start.heat + EARLY * h * (start.power + middle.power)
-    end, why = _solve(network, middle.T, base, t + h, tau, source)
+        return _failed(first, why)
+    base = first.heat + EARLY * h * (first.power + middle.power)
+    end, why = _solve(system, middle.T, base, t + h, tau, source)
     if why:
-        return _Stages(start, start), np.inf, why
-    rough = start.power / GAMMA - middle.power / (GAMMA * (1.0 - GAMMA)) + end.power / (1.0 - GAMMA)
-    free = network.free
-    error = spsolve(network.jacobian(end.T, tau), 2.0 * K * h * rough[free]) if len(free) else rough
-    return _Stages(middle, end), float(np.abs(error[: len(free)]).max(initial=0.0)), ""
+        return _failed(first, why)
+    flows = h * (EARLY * (first.flows + middle.flows) + LATE * end.flows)
+    reactions = end.heat - base - tau * end.power
+    reactions[system.free] = 0.0
+    early, late = 1.0 / GAMMA, 1.0 / (1.0 - GAMMA)
+    rough = early * first.power - early * late * middle.power + late * end.power
+    defect = (2.0 * K * h * rough)[system.free]
+    error = system.factorise(end.T, t + h, tau)(defect)
+    return _Step(end, flows, reactions, float(np.abs(error).max(initial=0.0)), "")
+
+
+def _failed(first: Point, why: str) -> _Step:
+    return _Step(first, np.empty(0), np.empty(0), inf, why)
 
 
 def _solve(
-    network: Network, guess: Array, base: Array, t: float, tau: float, source: Array
-) -> tuple[State, str]:
-    """Newton's method for E(T) = base + tau F(T, t)."""
-    free = network.free
-    T, last = network.impose(guess, t), np.inf
+    system: System, guess: Array, base: Array, t: float, tau: float, source: Array
+) -> tuple[Point, str]:
+    """Newton's method for E(T) = base + tau F(T, t), with the tangent of every iterate."""
+    free, last = system.free, inf
+    T = guess.copy()
+    nodes, values = system.given_at(t)
+    T[nodes] = values
+    finest = max(4e-16, system.accuracy)
     for _ in range(ITERATIONS):
-        state = _state(network, T, t, source)
-        residual = (state.heat - base - tau * state.power)[free]
-        if len(free) == 0:
-            return state, _problem(network, T, t)
+        point = evaluate(system, T, t, source)
+        residual = (point.heat - base - tau * point.power)[free]
         if not np.isfinite(residual).all():
             break
-        change = np.atleast_1d(spsolve(network.jacobian(T, tau), residual))
-        size = np.abs(change).max() / max(1.0, np.abs(T).max())
-        if size < 4e-16 or 0.1 * last < size < 1e-10:
-            return state, _problem(network, T, t)
+        change = system.factorise(T, t, tau)(residual)
+        size = float(np.abs(change).max(initial=0.0)) / max(1.0, float(np.abs(T).max()))
+        if size < finest or 0.1 * last < size < 1e-10:
+            return point, fault(system, point, t)
         T = T.copy()
         T[free] -= change
         last = size
-    return state, f"t = {t:g} s: the heat network did not converge"
-
-
-def _state(network: Network, T: Array, t: float, source: Array) -> State:
-    power, flows = network.power(T, t)
-    return State(T, network.heat(T), power + source, flows)
-
-
-def _problem(network: Network, T: Array, t: float) -> str:
-    why = network.fault(T) if np.isfinite(T).all() else "a temperature is not a number"
-    return f"t = {t:g} s: {why}" if why else ""
+    return point, f"t = {t:g} s: the heat network did not converge"
