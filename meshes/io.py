@@ -20,7 +20,7 @@ COINCIDENT = 1e-9  # distance, relative to the size of the line, below which nod
 def read(path: str | PathLike[str]) -> Mesh:
     """Read a mesh with its named regions (cell sets; physical groups of Gmsh files).
 
-    A region with cells of several families is kept for its first family only.
+    Where a region has cells of several families, ``Mesh.regions`` has those of the first.
     """
     raw = _load(Path(path))
     if raw.points.ndim != 2 or not len(raw.points):
@@ -29,7 +29,10 @@ def read(path: str | PathLike[str]) -> Mesh:
     points[:, : raw.points.shape[1]] = raw.points
     cells = {family: block.astype(np.intp) for family, block in raw.cells_dict.items()}
     try:
-        return Mesh(points, cells, _regions(raw))
+        found = _regions(raw)
+        regions = {name: next(iter(members.items())) for name, members in found.items()}
+        others = {name: dict(list(m.items())[1:]) for name, m in found.items() if len(m) > 1}
+        return Mesh(points, cells, regions, others)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -92,37 +95,56 @@ def _reason(error: BaseException) -> str:
     return str(error) or type(error).__name__
 
 
-def _regions(raw) -> dict[str, tuple[str, Indices]]:
-    regions = {}
+def _regions(raw) -> dict[str, dict[str, Indices]]:
+    """Name -> family -> cells, of cell sets and physical groups."""
+    regions: dict[str, dict[str, Indices]] = {}
     for name, members in raw.cell_sets_dict.items():
-        families = [f for f, indices in members.items() if len(indices)]
-        if families and not name.startswith("gmsh:"):
-            regions[name] = families[0], np.asarray(members[families[0]], dtype=np.intp)
-    for name, (tag, _) in raw.field_data.items():
-        for family, tags in raw.cell_data_dict.get("gmsh:physical", {}).items():
-            members = np.flatnonzero(np.asarray(tags) == tag)
-            if members.size:
-                regions.setdefault(name, (family, members))
+        if not name.startswith("gmsh:"):
+            _add(regions, name, members)
+    groups = raw.cell_data_dict.get("gmsh:physical", {})
+    sets = set(regions)
+    for name, (tag, dimension) in raw.field_data.items():
+        if name not in sets:
+            own = {
+                f: np.flatnonzero(t == tag) for f, t in groups.items() if _dim(raw, f) == dimension
+            }
+            _add(regions, name, own)
     return regions
+
+
+def _add(regions: dict[str, dict[str, Indices]], name: str, members) -> None:
+    kept = {f: np.asarray(rows, dtype=np.intp) for f, rows in members.items() if len(rows)}
+    if kept:
+        regions.setdefault(name, {}).update(kept)
+
+
+def _dim(raw, family: str) -> int:
+    return next(block.dim for block in raw.cells if block.type == family)
 
 
 def _cell_sets(mesh: Mesh) -> dict[str, list[Indices]]:
     none = np.empty(0, dtype=np.intp)
     return {
-        name: [indices if family == of else none for family in mesh.cells]
-        for name, (of, indices) in mesh.regions.items()
+        name: [mesh.cells_of(name).get(family, none) for family in mesh.cells]
+        for name in mesh.regions
     }
 
 
 def _add_physical_groups(raw, mesh: Mesh) -> None:
-    """Gmsh gives each cell one tag, 0 where it belongs to no region."""
+    """Gmsh gives each cell one tag, 0 where it belongs to no region, and groups one dimension."""
     tags = {family: np.zeros(len(cells), dtype=int) for family, cells in mesh.cells.items()}
-    dimensions = {block.type: block.dim for block in raw.cells}
-    for tag, (name, (family, indices)) in enumerate(mesh.regions.items(), start=1):
-        if tags[family][indices].any():
-            raise ValueError(f"region '{name}' shares cells with another: no place for it in .msh")
-        tags[family][indices] = tag
-        raw.field_data[name] = np.array([tag, dimensions[family]])
+    for tag, name in enumerate(mesh.regions, start=1):
+        dimensions = set()
+        for family, indices in mesh.cells_of(name).items():
+            if tags[family][indices].any():
+                raise ValueError(
+                    f"region '{name}' shares cells with another: no place for it in .msh"
+                )
+            tags[family][indices] = tag
+            dimensions.add(_dim(raw, family))
+        if len(dimensions) > 1:
+            raise ValueError(f"region '{name}' mixes surface and volume: no place for it in .msh")
+        raw.field_data[name] = np.array([tag, *dimensions])
     raw.cell_data = {"gmsh:physical": list(tags.values()), "gmsh:geometrical": list(tags.values())}
 
 
