@@ -63,8 +63,8 @@ class WallSpace:
     """Tubes and sheets of a description; see ``thermal.discretisation``."""
 
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
+        _refuse(description)
         form = shape(settings.order)
-        _refuse_solids(description)
         tubes, sheets = description.members, description.sheets
         self._walls: dict[str, TubeWall | SheetWall] = {m.name: TubeWall(m, form) for m in tubes}
         self._walls |= {s.name: SheetWall(s, form) for s in sheets}
@@ -155,7 +155,7 @@ class WallSpace:
 
 
 def _beside_lumps(d: Description, settings: Settings) -> Discretisation:
-    _refuse_solids(d)
+    _refuse(d)
     members, parts, sheets = ({x.name for x in xs} for xs in (d.members, d.parts, d.sheets))
 
     def walls(part: Description) -> Discretisation:
@@ -164,9 +164,15 @@ def _beside_lumps(d: Description, settings: Settings) -> Discretisation:
     return compose(d, [(walls, members), (LumpSpace, parts), (walls, sheets)])
 
 
-def _refuse_solids(d: Description) -> None:
-    for solid in d.solids:
-        raise ValueError(f"solid '{solid.name}': a wall has no room for it; use the solver 'solid'")
+def _refuse(d: Description) -> None:
+    found = [f"solid '{s.name}' is not a wall; use the solver 'solid'" for s in d.solids]
+    found += [
+        f"member '{m.name}' is not a wall: it needs the section of a tube, and wall points"
+        for m in d.members
+        if m.section.kind != "tube" or m.wall_points == 1
+    ]
+    if found:
+        raise ValueError("\n".join(found))
 
 
 def _target(c: Condition) -> str | None:

@@ -19,6 +19,13 @@ Indices = NDArray[np.intp]
 WEIGHTS = {1: np.array([0.5, 0.5]), 2: np.array([1.0, 4.0, 1.0]) / 6.0}
 """Of the nodes of an interval of length 1, by order."""
 CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+SIDE = np.polynomial.legendre.leggauss(3)
+FINE = len(SIDE[0])  # points of irradiation along each side of an element
+FRACTIONS = 0.5 * (1.0 + SIDE[0])
+PORTIONS = np.outer(0.5 * SIDE[1], 0.5 * SIDE[1]).ravel()
+"""Of an element's area, of the points of irradiation, row by row."""
+INSIDE = np.stack([np.repeat(FRACTIONS, FINE), np.tile(FRACTIONS, FINE)], axis=1)
+"""(FINE^2, 2) points of irradiation."""
 ORTHOGONAL = 1e-12  # cosine of an angle that is a right one
 
 
@@ -146,7 +153,8 @@ class Spot(NamedTuple):
     @property
     def normals(self) -> Array:
         """(e, p, 3)"""
-        return np.cross(self.along, self.across) / self.areas[..., None]
+        across = np.cross(self.along, self.across)
+        return across / np.linalg.norm(across, axis=2, keepdims=True)
 
 
 def locate(surface: Surface, points: Array) -> Spot:
@@ -154,10 +162,10 @@ def locate(surface: Surface, points: Array) -> Spot:
     a, b = surface.sizes[:, 0, None, None], surface.sizes[:, 1, None, None]
     q = surface.quads
     corners = [surface.points[q], a * surface.d_u[q], b * surface.d_v[q], a * b * surface.d_uv[q]]
-    data = np.stack(corners, axis=2)
+    data = np.stack(corners, axis=2).reshape(len(q), 16, 3)
     (u, du), (v, dv) = _cubics(points[:, 0]), _cubics(points[:, 1])
-    pairs = [(u, v), (du, v), (u, dv)]
-    return Spot(*(np.einsum("pck,eckx->epx", _products(m, n), data) for m, n in pairs))
+    products = [_products(m, n).reshape(-1, 16) for m, n in ((u, v), (du, v), (u, dv))]
+    return Spot(*(np.moveaxis(np.tensordot(f, data, (1, 1)), 0, 1) for f in products))
 
 
 def _cubics(x: Array) -> tuple[Array, Array]:

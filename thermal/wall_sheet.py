@@ -13,12 +13,22 @@ from meshes.surfaces import Surface
 from thermal.description import Condition, Description, Sheet
 from thermal.discretisation import Block, GivenTemperatures, Mean, facing_loads
 from thermal.layout import face_positions, given
-from thermal.wall_elements import CORNERS, WEIGHTS, Bonds, Shape, conduct, locate, summed, values
+from thermal.wall_elements import (
+    CORNERS,
+    INSIDE,
+    PORTIONS,
+    WEIGHTS,
+    Bonds,
+    Shape,
+    conduct,
+    locate,
+    summed,
+    values,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-FINE = 3  # points of irradiation along each side of an element
 SAME = 1e-6  # of an element's size: how near two elements must see a common node
 TOP, BOTTOM = 0, 1
 
@@ -71,12 +81,10 @@ class SheetWall:
 
     def irradiated(self, face: str) -> list[Block]:
         """Elements with points in rows and columns."""
-        fractions = (np.arange(FINE) + 0.5) / FINE
-        square = np.stack(np.meshgrid(fractions, fractions, indexing="ij"), axis=2).reshape(-1, 2)
-        points, normals = self._skin(square, face)
-        areas = locate(self.thing.surface, square).areas / FINE**2
+        points, normals = self._skin(INSIDE, face)
+        areas = locate(self.thing.surface, INSIDE).areas * PORTIONS
         corners = self._quads(np.zeros((1, 2), np.intp), np.array([0.0, 1.0]), face)
-        shapes = values(self.form.order, square)
+        shapes = values(self.form.order, INSIDE)
         return [Block(2 * self.cells + _layer(face), shapes, areas, points, normals, corners)]
 
     def absorbing(self, face: str, direction: Array | None) -> Array:
@@ -117,8 +125,10 @@ class SheetWall:
 
     def _quads(self, steps: Indices, breaks: Array, face: str) -> Array:
         """(e p, 4, 3) [m]  from break to break, turning about the outward normal."""
-        corners = breaks[steps[:, None] + CORNERS]
-        x = self._skin(corners.reshape(-1, 2), face)[0]
+        n = len(breaks)
+        grid = np.stack([np.repeat(breaks, n), np.tile(breaks, n)], axis=1)
+        corners = (steps[:, None] + CORNERS) @ np.array([n, 1])
+        x = self._skin(grid, face)[0][:, corners]
         return x.reshape(-1, 4, 3)[:, :: 1 - 2 * _layer(face)]
 
 

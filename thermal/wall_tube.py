@@ -9,12 +9,23 @@ from numpy.typing import NDArray
 from thermal.description import Condition, Description, Member
 from thermal.discretisation import Block, GivenTemperatures, Mean, facing_loads
 from thermal.layout import arclength, given, wall_positions
-from thermal.wall_elements import WEIGHTS, Bonds, Shape, conduct, lagrange, summed, values
+from thermal.wall_elements import (
+    FINE,
+    FRACTIONS,
+    INSIDE,
+    PORTIONS,
+    WEIGHTS,
+    Bonds,
+    Shape,
+    conduct,
+    lagrange,
+    summed,
+    values,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-FINE = 3  # points of irradiation along each side of an element
 GAUSS = np.polynomial.legendre.leggauss(8)
 
 
@@ -30,8 +41,6 @@ class TubeWall:
     """
 
     def __init__(self, member: Member, form: Shape) -> None:
-        if member.section.kind != "tube" or member.wall_points == 1:
-            raise ValueError(f"member '{member.name}': a wall needs a tube with wall points")
         self.thing, self.form = member, form
         self._fine = _refined(member, form.order)
         self.x = wall_positions(self._fine)
@@ -60,20 +69,22 @@ class TubeWall:
         """Elements with points in rows and columns; the ends as ``face``."""
         if face in ("start", "end"):
             return self.face(face)
-        fractions = (np.arange(FINE) + 0.5) / FINE
         stations, angles = len(self.steps), self.thing.wall_points
-        at = (np.arange(stations)[:, None] + fractions).ravel()
-        phi = self.turn * (np.arange(angles)[:, None] + fractions).ravel()
+        at = (np.arange(stations)[:, None] + FRACTIONS).ravel()
+        phi = self.turn * (np.arange(angles)[:, None] + FRACTIONS).ravel()
         points, normals = self._skin(at, phi, face)
-        square = np.stack(np.meshgrid(fractions, fractions, indexing="ij"), axis=2).reshape(-1, 2)
-        area = self._radius(face)[0] * self.turn * self.steps / FINE**2
-        areas = np.repeat(area, angles)[:, None] * np.ones(FINE**2)
+        whole = self._radius(face)[0] * self.turn * np.repeat(self.steps, angles)
         corners = self._quads(np.arange(stations + 1.0), self.turn * np.arange(angles + 1.0), face)
-        shapes = values(self.form.order, square)
         return [
-            Block(self.cells, shapes, areas, _tiles(points, stations), _tiles(normals, stations),
-                  corners)
-        ]  # fmt: skip
+            Block(
+                self.cells,
+                values(self.form.order, INSIDE),
+                whole[:, None] * PORTIONS,
+                _tiles(points, stations),
+                _tiles(normals, stations),
+                corners,
+            )
+        ]
 
     def absorbing(self, face: str, direction: Array | None) -> Array:
         """(m,) [m^2]  rays that reach a round face, exactly; see ``thermal.discretisation``."""
@@ -129,7 +140,7 @@ class TubeWall:
         order, stations, angles = self.form.order, len(self.steps), self.thing.wall_points
         nodes = len(self.x)
         at = np.arange(order * stations + 1) / order
-        phi = self.turn / order * np.arange(order * angles)
+        phi = np.linspace(0.0, 2.0 * np.pi, order * angles, endpoint=False)
         points, normals = self._skin(at, phi, face)
         radius = self._radius(face)[0]
         return Block(
