@@ -204,6 +204,10 @@ PowerHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.POWER), quantities.POWER, quantities.POWER_RATE),
 ]
+FilmHistory = Annotated[
+    histories.History,
+    HistoryOf(Quantity(quantities.FILM, least=0.0), quantities.FILM, quantities.FILM_RATE),
+]
 PressureHistory = Annotated[
     histories.History,
     HistoryOf(Quantity(quantities.STRESS), quantities.STRESS, quantities.STRESS_RATE),

@@ -15,6 +15,8 @@ SLACK = 1e-6  # [K] by which rounding may carry a temperature beyond the data
 MECHANICAL = {"youngs_modulus": "Pa", "poissons_ratio": "1", "expansion": "1/K"}
 OF_HEAT = {"conductivity": "W/(m K)", "heat_capacity": "J/(kg K)"}
 """Units of the properties that every run needs, and of those that heat adds."""
+BY_DIRECTION = ("conductivity_around", "conductivity_through")
+"""Properties that a material may have besides."""
 
 
 def material_of(scene: Scene, name: str) -> Material:
@@ -32,6 +34,7 @@ def from_table(name: str, table: MaterialTable) -> Material:
     ValueError : it is impossible at some temperature of its range
     """
     units = MECHANICAL | OF_HEAT
+    units |= {key: "W/(m K)" for key in BY_DIRECTION if getattr(table, key) is not None}
     laws = {key: getattr(table, key).property(key, unit) for key, unit in units.items()}
     return Material(name, table.density, **laws)
 
@@ -94,6 +97,11 @@ def _uses(draft: Draft) -> Iterator[tuple[str, list[float]]]:
         temperatures = [part.initial or default, *_of_part(draft, name)]
         yield part.material, temperatures
         yield from _of_side(draft, part.of, temperatures)
+    for solid in draft.named("thermal", "solid").values():
+        temperatures = [solid.initial or default]
+        for material in {*solid.materials.values(), solid.material} - {None}:
+            yield material, temperatures
+        yield from _of_side(draft, solid.of, temperatures)
 
 
 def _of_side(

@@ -102,6 +102,8 @@ class Model:
         if solver is not None:
             stored = solver.energy(state.T) - self._heat_at_start
             row |= {"heat_stored": stored, "heat_exchanged": state.deposited}
+            if self.scene.thermal is not None and self.scene.thermal.elastic is not None:
+                row["heat_of_deformation"] = state.elastic
             row |= {f"heat_{name}": value for name, value in state.flows.items()}
             row["heat_defect"] = stored - state.deposited - sum(state.flows.values())
         return row
@@ -205,7 +207,9 @@ def build(scene: Scene) -> Model:
         heat_solver = _tried(problems, lambda: _heat(scene))
     if problems:
         raise BadCase(str(scene.folder), problems)
-    pair = Pair(heat_solver, motion_solver, _transfer(scene, motion_solver, heat_solver))
+    reading = _transfer(scene, motion_solver, heat_solver)
+    around = _surroundings(scene, motion_solver, heat_solver, reading)
+    pair = Pair(heat_solver, motion_solver, reading, around)
     return Model(scene, pair, plan(scene, motion_solver.system, heat_solver))
 
 
@@ -223,11 +227,33 @@ def _motion(scene: Scene) -> Mechanics:
 
 
 def _heat(scene: Scene) -> Any:
-    from coupling.heat_descriptions import heat_description
+    from coupling.heat_descriptions import heat_description, settings
     from thermal.solvers import build as build_heat
 
     assert scene.thermal is not None
-    return build_heat(scene.thermal.solver, heat_description(scene))
+    return build_heat(scene.thermal.solver, heat_description(scene), settings(scene.thermal))
+
+
+def _surroundings(
+    scene: Scene, motion_solver: Mechanics, heat_solver: Any, reading: manager.Transfer
+) -> manager.Surroundings | None:
+    """What passes from motion to heat besides friction; None where nothing does."""
+    table = scene.thermal
+    if table is None or not (table.contact or table.elastic):
+        return None
+    from coupling.surroundings import Around
+
+    joints = None
+    if table.contact:
+        from coupling.joint_conductance import joint_conductance
+
+        joints = joint_conductance(scene, motion_solver)
+    elastic = None
+    if table.elastic is not None:
+        from coupling.elastic_heat import ElasticHeat
+
+        elastic = ElasticHeat(scene, motion_solver.system, heat_solver, reading)
+    return Around(reading, None, joints, elastic)
 
 
 def _control(scene: Scene) -> Control:

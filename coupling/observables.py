@@ -57,7 +57,7 @@ def bodies(
     """Shape, section temperatures and resultants of each body."""
     layout = system.layout
     rows: dict[str, dict[str, Array]] = {}
-    resultants = _resultants(system, motion, coef)
+    found = resultants(system, motion, coef)
     for name, first in layout.node_dofs.items():
         body, kind = layout.bodies[name], layout.kinds[name]
         nodes = motion.q[first[:, None] + np.arange(kind)].reshape(len(first), -1, 3)
@@ -67,12 +67,12 @@ def bodies(
             rows[name]["slopes"] = _slopes(vectors)
         if name in layout.point_index:
             rows[name]["temperature"] = T[layout.point_index[name]]
-        if name in resultants:
-            rows[name]["resultants"] = resultants[name]
+        if name in found:
+            rows[name]["resultants"] = found[name]
     return rows
 
 
-def _resultants(system: System, motion: Any, coef: Coefficients) -> dict[str, Array]:
+def resultants(system: System, motion: Any, coef: Coefficients) -> dict[str, Array]:
     """(n_e, 6) of line bodies, (n_e, 8) of shells, by name."""
     y = system.unknowns(motion.q, motion.lam)
     v = np.concatenate([motion.v, np.zeros(system.m)])

@@ -23,13 +23,20 @@ class ThermalSolver(Protocol):
         ...
 
     def advance(
-        self, T: Array, t: float, h: float, heat: Array
+        self,
+        T: Array,
+        t: float,
+        h: float,
+        heat: Array,
+        outside: Mapping[str, tuple[Array, Array]] = ...,
     ) -> tuple[Array, Mapping[str, float], str]:
         """Temperatures at ``t + h``, heat [J] that entered through each named boundary, reason.
 
-        ``heat`` (n,) [J] is deposited evenly over the interval. The sum of the flows and of
-        ``heat`` equals the change of ``energy`` to round-off. The reason is "" when all went
-        well, and then only may the result be used.
+        ``heat`` (n,) [J] is deposited evenly over the interval. ``outside`` holds what time and
+        motion decide, by the name of condition or link, at the start and the end of the interval:
+        irradiation (m,) [W/m^2] at the points of a face, conductance (1,) [W/K]. The sum of the
+        flows and of ``heat`` equals the change of ``energy`` to round-off. The reason is "" when
+        all went well, and then only may the result be used.
         """
         ...
 

@@ -75,7 +75,7 @@ def _region(x: Array, points: Array, axes: Array) -> Array:
         block = np.zeros((3 * len(points), len(x)))
         block[0::3] = 1.0 / len(x)
         return block
-    s, y, z = _section_coordinates(x, points, axes)
+    s, y, z = section_coordinates(x, points, axes)
     stations, profiles = _profiles(s, y, z)
     arclength = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     weights = _interpolation(stations, arclength)
@@ -104,7 +104,7 @@ def _line_fit(z: Array) -> Array:
     return np.stack([1.0 / len(z) - z.mean() * slope, slope])
 
 
-def _section_coordinates(x: Array, points: Array, axes: Array) -> tuple[Array, Array, Array]:
+def section_coordinates(x: Array, points: Array, axes: Array) -> tuple[Array, Array, Array]:
     """Arclength and section coordinates of ``x`` about the line through ``points``.
 
     What lies in the section plane of the nearest edge's end belongs to that node, also where

@@ -36,7 +36,7 @@ class Cup:
     def energy(self, T):
         return CAPACITY * float(T[0])
 
-    def advance(self, T, t, h, heat):
+    def advance(self, T, t, h, heat, outside=None):
         settled = OUTSIDE + heat / h / LOSS
         end = settled + (T - settled) * np.exp(-LOSS / CAPACITY * h)
         return end, {"air": CAPACITY * float((end - T)[0]) - float(heat[0])}, ""

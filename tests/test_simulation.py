@@ -52,7 +52,7 @@ def looped(refuses, count=4, smallest=0.0, window=0.1):
         scheme="isothermal", pair=Pair(None, solver, nothing),
         window=window, windows=count, smallest_window=smallest,
     )  # fmt: skip
-    start = Coupled(np.zeros(0), 0.0, np.zeros(0), np.zeros(0), 0.0, 0.0, {})
+    start = Coupled(np.zeros(0), 0.0, np.zeros(0), np.zeros(0), 0.0, 0.0, {}, {}, 0.0)
     return model, solver, start
 
 

@@ -44,7 +44,7 @@ def hermite(d: Description, settings: Settings) -> Any:
 
 def wall(d: Description, settings: Settings) -> Any:
     """Tubes and sheets as developed surfaces; other members as lines, solids in 3D."""
-    tubes = {m.name for m in d.members if m.section.kind == "tube"}
+    tubes = {m.name for m in d.members if m.section.kind == "tube" and m.wall_points > 1}
     others = _names(d.members) - tubes
     return _composed(d, settings, [("wall", tubes), ("line", others), *_beside(d)])
 
@@ -62,6 +62,10 @@ SPACES = {
     "solid": "thermal.solid:SolidSpace",
     "lumps": "thermal.lumps:LumpSpace",
 }
+
+
+SETTLED = ("wall", "solid")
+"""Discretisations that the settings concern."""
 
 
 def _beside(d: Description) -> list[tuple[str, set[str]]]:
@@ -88,4 +92,4 @@ def _composed(d: Description, settings: Settings, choice: list[tuple[str, set[st
 def _space(name: str, settings: Settings) -> Callable[[Description], Any]:
     module, _, leaf = SPACES[name].partition(":")
     make = getattr(importlib.import_module(module), leaf)
-    return lambda part: make(part, settings)
+    return (lambda part: make(part, settings)) if name in SETTLED else make
