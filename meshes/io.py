@@ -22,7 +22,7 @@ def read(path: str | PathLike[str]) -> Mesh:
 
     Where a region has cells of several families, ``Mesh.regions`` has those of the first.
     """
-    raw = _load(Path(path))
+    raw = load(Path(path))
     if raw.points.ndim != 2 or not len(raw.points):
         raise ValueError(f"{path}: has no points")
     points = np.zeros((len(raw.points), 3))
@@ -73,7 +73,7 @@ def read_line(path: str | PathLike[str], region: str | None = None) -> Array:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _load(path: Path):
+def load(path: Path):
     """The mesh as meshio gives it; whatever it does about a bad file becomes a ValueError."""
     if not path.exists():
         raise ValueError(f"{path}: there is no such file")
