@@ -93,21 +93,35 @@ def visible(patches: Patches, tubes: Tubes, facets: Facets, sun: Array, radius: 
     lit = np.flatnonzero(out)
     if not len(lit) or not len(tubes.owner) + len(facets.owner):
         return out
-    ends = np.concatenate([tubes.start @ axes.T, tubes.end @ axes.T], axis=1)
-    ends = np.ascontiguousarray(np.concatenate([ends, ends[:, 3:]], axis=1)).reshape(-1, 3, 3)
-    corners = np.concatenate([ends, facets.corners @ axes.T])
-    thick = np.concatenate([tubes.radius, np.zeros(len(facets.owner))])
+    pieces = _pieces(tubes, facets, axes)
     alpha = max(radius, POINT_SUN)
-    grid = _grid(at[lit], len(thick))
+    grid = _grid(at[lit], len(pieces.owner))
     starts = np.zeros(grid.rows * grid.columns + 1, np.intp)
-    _enter(corners, thick, alpha, *grid, starts, np.empty(0, np.intp))
+    _enter(pieces.corners, pieces.thick, alpha, *grid, starts, np.empty(0, np.intp))
     starts[1:] = np.cumsum(starts[1:])
     entries = np.empty(starts[-1], np.intp)
-    _enter(corners, thick, alpha, *grid, starts.copy(), entries)
+    _enter(pieces.corners, pieces.thick, alpha, *grid, starts.copy(), entries)
     facing = normals.any(axis=1)
-    _look(at, facing, patches.along, patches.owner, lit, corners, thick, tubes.along, tubes.free,
-          np.concatenate([tubes.owner, facets.owner]), alpha, *grid, starts, entries, out)  # fmt: skip
+    who = (at, facing, patches.along, patches.owner, lit)
+    _look(*who, *pieces, tubes.along, tubes.free, alpha, *grid, starts, entries, out)
     return out
+
+
+class _Pieces(NamedTuple):
+    """Tubes, then facets, seen along the rays; a tube has its end as second and third corner."""
+
+    corners: Array
+    thick: Array
+    owner: Indices
+
+
+def _pieces(tubes: Tubes, facets: Facets, axes: Array) -> _Pieces:
+    ends = np.stack([tubes.start, tubes.end, tubes.end], axis=1)
+    return _Pieces(
+        np.concatenate([ends, facets.corners]) @ axes.T,
+        np.concatenate([tubes.radius, np.zeros(len(facets.owner))]),
+        np.concatenate([tubes.owner, facets.owner]),
+    )
 
 
 def _view(sun: Array) -> Array:
@@ -188,7 +202,7 @@ def _span(c, low, high):
 
 @njit(cache=True)
 def _look(
-    at, facing, along, owner, lit, corners, thick, tube_along, tube_free, owners,
+    at, facing, along, owner, lit, corners, thick, owners, tube_along, tube_free,
     alpha, u0, v0, cell, columns, rows, lowest, starts, entries, out,
 ):  # fmt: skip
     tubes = len(tube_along)
