@@ -363,6 +363,48 @@ def verify(
     raise typer.Exit(DONE if passed else FAILED)
 
 
+@app.command(
+    name="compare-thermal",
+    epilog="Example:  thermobody compare-thermal cases/sunlit_boom --solvers line,wall,solid",
+)
+def compare_thermal(
+    case: CaseArgument,
+    settings: SetOption = None,
+    solvers: Annotated[
+        str | None,
+        typer.Option(metavar="NAME,NAME", help="Thermal solvers; without: all there are."),
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What the others are compared with; without: wall, or the one with most "
+            "temperatures.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", metavar="DIR", help="Where table and picture go; default: results."
+        ),
+    ] = None,
+) -> None:
+    """Compute the heat of a case with every solver that can, and compare.
+
+    Heat alone, at the pose of the start: friction gives none. Differences of the section
+    temperatures that motion feels, against run time; what a solver cannot express it says.
+    """
+    with _answering():
+        from coupling import casefile
+        from coupling.compare_heat import compare_thermal as compare
+
+        scene = casefile.read(case, settings or ())
+        folder = output or scene.folder / "results"
+        _check_writable(folder)
+        chosen = None if solvers is None else [name.strip() for name in solvers.split(",")]
+        _tell(_out(), compare(scene, chosen, reference, folder, _out()))
+
+
 @app.command(epilog="Example:  thermobody report ring_truss levels")
 def report(
     what: Annotated[

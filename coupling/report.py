@@ -42,9 +42,14 @@ def report(
     """
     files: list[Path] = []
     for result in _results(what, _chosen(what, name), large):
-        _show(out, result)
-        files += _written(folder, result)
+        files += publish(result, folder, out)
     return files
+
+
+def publish(result: Result, folder: Path, out: Console) -> list[Path]:
+    """Print a result and write its table, its words and its pictures; the files."""
+    _show(out, result)
+    return _written(folder, result)
 
 
 def _chosen(what: str, name: str | None) -> Sequence[str]:

@@ -1,0 +1,231 @@
+"""Heat by CalculiX, an outside opinion: ``CalculixHeat`` (Dhondt 2004).
+
+Bodies are meshed in 3D as by ``thermal.solid``, written as a deck, solved window by window by the
+program ``ccx`` and read back. Elements, quadrature, time integration (backward Euler) and Newton's
+method are all its own; only nodes and conditions are shared. What flowed in is evaluated here from
+the temperatures at the end of each increment, so that the balance closes to what CalculiX
+resolves, not to round-off.
+"""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermal import calculix_results
+from thermal.boundary import Boundary, Moment
+from thermal.calculix_deck import (
+    HOTTEST,
+    STEADY,
+    equal_increments,
+    initial_text,
+    limited_increments,
+    model_text,
+    steps_text,
+)
+from thermal.calculix_loads import Loads, Window
+from thermal.calculix_model import assemble, refusals
+from thermal.calculix_solids import elements, solid_space
+from thermal.check import check
+from thermal.composite import compose
+from thermal.description import DEFAULT, Description, Settings
+from thermal.discretisation import Discretisation, Face
+from thermal.heat import NOTHING, Outside
+from thermal.lumps import LumpSpace
+
+Array = NDArray[np.float64]
+
+PROGRAM = "THERMOBODY_CCX"
+"""Environment variable that names the program, if it is not the ccx of the search path."""
+SAMPLES = 33  # times at which histories are taken within a window of increments of CalculiX's own
+BEND = 100.0  # [K] scale on which a temperature bends: relates change and error of an increment
+
+
+class CalculixHeat:
+    """Temperatures in 3D, and of lumps, by CalculiX.
+
+    Parameters
+    ----------
+    description : Description
+    settings : Settings
+        ``steps`` increments of a window are equal; without, CalculiX chooses them such that none
+        changes a temperature by more than sqrt(2 tolerance 100 K), whose error of backward Euler
+        is the tolerance if the temperature bends on a scale of 100 K
+
+    Attributes
+    ----------
+    taken : int  increments of the last window
+    exact : bool  whether the last temperatures were read in all digits; otherwise 7 were printed
+    """
+
+    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
+        check(description)
+        self._program = _program()
+        _refuse(refusals(description))
+        self.settings = settings
+        self.space = _space(description, settings)
+        self.x, self.regions = self.space.x, self.space.regions
+        assembled = assemble(description, self.space, elements(description, self.space, settings))
+        self._loads = Loads(description, self.space, assembled)
+        _refuse(self._loads.problems())
+        self._boundary = Boundary(description, self.space)
+        self.irradiated: Mapping[str, Face] = self._boundary.irradiated
+        self._model, self._held = assembled.model, assembled.held
+        self._text = model_text(assembled.model)
+        self._varies = any(
+            len(t.temperatures) > 1
+            for e in assembled.model.elements
+            for t in (e.substance.heat_capacity, *e.substance.conductivities)
+        )
+        self.taken, self.exact = 0, False
+
+    def initial(self) -> Array:
+        """(n,) [K]"""
+        return self.space.start.copy()
+
+    def energy(self, T: Array) -> float:
+        """Stored heat [J] above the materials' datum of enthalpy."""
+        return float(self.space.heat(T).sum())
+
+    def advance(
+        self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
+    ) -> tuple[Array, Mapping[str, float], str]:
+        """Temperatures at ``t + h``, heat [J] through each boundary, reason; see ThermalSolver."""
+        steps = self.settings.steps
+        if steps is None:
+            procedure = limited_increments(h, np.sqrt(2.0 * self.settings.tolerance * BEND))
+            times = np.linspace(0.0, h, SAMPLES)
+        else:
+            procedure, times = equal_increments(h, steps), np.linspace(0.0, h, steps + 1)
+        window = Window(times, t + times, heat / h, outside)
+        history, why = self._run(T, window, procedure)
+        if why:
+            return T.copy(), {}, why
+        ends = history.times if steps is None else times[1:]  # these in all digits
+        flows = self._flows(T, t, np.append(ends[:-1], h), history.temperatures, window)
+        end = history.temperatures[-1]
+        return end, flows, self._unusable(end)
+
+    def steady(
+        self, T: Array, t: float, outside: Mapping[str, Array] | None = None
+    ) -> tuple[Array, Mapping[str, float], str]:
+        """Steady temperatures under the conditions of ``t``, power [W] through each, reason."""
+        still = {name: (value, value) for name, value in (outside or {}).items()}
+        window = Window(np.array([0.0, 1.0]), np.array([t, t]), np.zeros_like(T), still)
+        history, why = self._run(T, window, STEADY)
+        if why:
+            return T.copy(), {}, f"there is no steady state: {why}"
+        end = history.temperatures[-1]
+        _, flows = self._boundary.power(end, Moment(t, outside or {}))
+        named = dict(zip(self._boundary.names, flows.tolist(), strict=True))
+        return end, named, self._unusable(end)
+
+    def _run(
+        self, T: Array, window: Window, procedure: Sequence[str]
+    ) -> tuple[calculix_results.Results, str]:
+        """What CalculiX makes of a window, and "" or the reason why it makes nothing."""
+        amplitudes, loads = self._loads.text(window)
+        first = initial_text(self._everywhere(T, window))
+        deck = [self._text, *first, *amplitudes, *steps_text(procedure, loads), ""]
+        with TemporaryDirectory(prefix="thermobody-ccx-") as folder:
+            job = Path(folder) / "heat"
+            job.with_suffix(".inp").write_text("\n".join(deck))
+            said, code = _executed(self._program, job)
+            try:
+                if code:
+                    raise ValueError(f"it ended with code {code}")
+                found = calculix_results.read(job, len(self._model.x))
+                _require_whole(found, float(window.times[-1]))
+            except ValueError as error:
+                return NO_RESULTS, f"CalculiX: {error}: {calculix_results.message(said)}"
+        self.taken, self.exact = len(found.times), found.exact
+        return found._replace(temperatures=found.temperatures[:, : len(self.x)]), ""
+
+    def _everywhere(self, T: Array, window: Window) -> Array:
+        """Temperatures also of the nodes of lumps and links."""
+        whole = np.concatenate([T, np.zeros(len(self._model.x) - len(T))])
+        for held in self._held:
+            whole[held.nodes] = held.temperature(float(window.moments[0]))
+        for node, mean in self._model.ties:
+            whole[node] = mean.weights @ whole[mean.nodes]
+        return whole
+
+    def _flows(
+        self, T: Array, t: float, ends: Array, fields: Array, window: Window
+    ) -> dict[str, float]:
+        """Heat [J] through each boundary by backward Euler, and what held given temperatures."""
+        steps, h = np.diff(ends, prepend=0.0), ends[-1]
+        flows = np.zeros(len(self._boundary.names))
+        received = window.heat * h
+        for field, end, step in zip(fields, ends, steps, strict=True):
+            s = end / h
+            now = {name: (1.0 - s) * a + s * b for name, (a, b) in window.outside.items()}
+            power, through = self._boundary.power(field, Moment(t + float(end), now))
+            flows += step * through
+            received = received + step * (power + self.space.power(field))
+        missing = self.space.heat(fields[-1]) - self.space.heat(T) - received
+        named = {g.name: float(missing[g.nodes].sum()) for g in self.space.given}
+        return named | dict(zip(self._boundary.names, flows.tolist(), strict=True))
+
+    def _unusable(self, T: Array) -> str:
+        if T.size and T.min() < 0.0:
+            return "a temperature fell below 0 K"
+        if self._varies and T.max() > HOTTEST:
+            return f"a temperature rose over {HOTTEST:g} K, to where tables of properties reach"
+        return self.space.unusable(T)
+
+
+NO_RESULTS = calculix_results.Results(np.empty(0), np.empty((0, 0)), False)
+
+
+def _program() -> str:
+    named = os.environ.get(PROGRAM, "ccx")
+    found = shutil.which(named)
+    if found is None:
+        raise ValueError(
+            f"ccx is not installed: there is no program '{named}'; "
+            f"install calculix-ccx, or name it in the environment variable {PROGRAM}"
+        )
+    return found
+
+
+def _refuse(problems: Sequence[str]) -> None:
+    if problems:
+        raise ValueError("\n  ".join(["CalculiX cannot express this:", *problems]))
+
+
+def _space(d: Description, settings: Settings) -> Discretisation:
+    """The same temperatures in the same order as of ``thermal.solid``."""
+    lumps = {p.name for p in d.parts}
+    bodies = {m.name for m in d.members} | {s.name for s in d.sheets} | {s.name for s in d.solids}
+    return compose(d, [(solid_space(settings), bodies), (LumpSpace, lumps)])
+
+
+def _executed(program: str, job: Path) -> tuple[str, int]:
+    """What it said and its exit code; on one thread, as sums over threads vary."""
+    threads = {"OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1"}
+    try:
+        done = subprocess.run(
+            [program, job.name],
+            cwd=job.parent,
+            env=os.environ | threads,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+    except OSError as error:
+        return str(error), 1
+    return done.stdout + done.stderr, done.returncode
+
+
+def _require_whole(found: calculix_results.Results, h: float) -> None:
+    if found.times[-1] < h * (1.0 - 1e-5):
+        raise ValueError(f"it stopped after {found.times[-1]:g} s of {h:g} s")
+    if not np.isfinite(found.temperatures).all():
+        raise ValueError("its temperatures are no numbers")
