@@ -1,0 +1,261 @@
+"""Exchange between grey faces: closed forms, balance, tangent, tubes inside."""
+
+import numpy as np
+import pytest
+from heat_cases import plain, still
+
+from thermal.boundary import Moment
+from thermal.description import Description, Enclosure, Fixed, Part, Place, Side
+from thermal.discretisation import Block
+from thermal.enclosure import enclosure, problems
+from thermal.heat import Heat
+from thermal.lumps import LumpSpace
+
+SIGMA = 5.670374419e-8
+NOW = Moment(0.0, {})
+
+
+def lumps(areas):
+    """A face of one point for each area; temperature i is that of face i."""
+    return [
+        [
+            Block(
+                np.array([[i]]), np.ones((1, 1)), np.array([[area]]), np.zeros((1, 1, 3)),
+                np.zeros((1, 1, 3)), np.empty((1, 0, 3)),
+            )
+        ]
+        for i, area in enumerate(areas)
+    ]  # fmt: skip
+
+
+def given(areas, factors, emissivities, sink=None):
+    sides = [Side(f"s{i}") for i in range(len(areas))]
+    return enclosure(
+        Enclosure("gap", sides, emissivities, np.asarray(factors, float), sink), lumps(areas)
+    )
+
+
+def power(term, T):
+    out = np.zeros(len(T))
+    flows = term.add(np.asarray(T, float), NOW, out)
+    assert len(flows) == len(term.names) == 1
+    return out, flows[0]
+
+
+def dense_slopes(term, T):
+    rows, columns = term.entries()
+    matrix = np.zeros((len(T), len(T)))
+    np.add.at(matrix, (rows, columns), term.slopes(T, NOW))
+    return matrix
+
+
+def assert_tangent(term, T):
+    """Slopes are minus the derivative of the power, by central differences."""
+    n, step = len(T), 1e-3
+    expected = np.zeros((n, n))
+    for i, d in enumerate(step * np.eye(n)):
+        expected[:, i] = -(power(term, T + d)[0] - power(term, T - d)[0]) / (2.0 * step)
+    np.testing.assert_allclose(dense_slopes(term, T), expected, rtol=0, atol=1e-7)
+
+
+# ------------------------------------------------------------------------------- closed forms
+
+
+def test_grey_plates():
+    out, flow = power(given([1.0, 1.0], [[0, 1], [1, 0]], [0.8, 0.5]), [400.0, 300.0])
+    np.testing.assert_allclose(out, [-441.029121, 441.029121], rtol=2e-9)
+    assert flow == 0.0
+
+
+@pytest.mark.parametrize("ratio", [0.25, 0.5])
+def test_one_convex_body_inside_another(ratio):
+    """Concentric spheres (ratio of areas 1/4) and long cylinders (1/2)."""
+    e1, e2, A1 = 0.3, 0.9, 0.7
+    factors = [[0, 1], [ratio, 1 - ratio]]
+    out, _ = power(given([A1, A1 / ratio], factors, [e1, e2]), [350.0, 120.0])
+    q = A1 * SIGMA * (350.0**4 - 120.0**4) / (1 / e1 + ratio * (1 / e2 - 1))
+    np.testing.assert_allclose(out, [-q, q], rtol=1e-12)
+
+
+def test_triangular_duct_with_a_reradiating_side():
+    """Equilateral: resistance between black 1 and grey 2 through space and insulated wall 3."""
+    half = 0.5 * (1 - np.eye(3))
+    e2 = 0.7
+    term = given([1.0] * 3, half, [1.0, e2, 0.0])
+    out, _ = power(term, [1200.0, 500.0, 300.0])
+    resistance = (1 - e2) / e2 + 1 / (0.5 + 1 / (2 + 2))
+    q = SIGMA * (1200.0**4 - 500.0**4) / resistance
+    np.testing.assert_allclose(out, [-q, q, 0.0], rtol=1e-12, atol=1e-12)
+
+
+def test_an_opening_is_the_sink():
+    """Cavity with a hole: effective emissivity 1/(1 + (1/e - 1) A_hole/A)."""
+    e, A, hole = 0.6, 2.0, 0.3
+    term = given([A], [[1 - hole / A]], [e], still(100.0))
+    out, flow = power(term, [400.0])
+    exact = hole * SIGMA * (100.0**4 - 400.0**4) / (1 + (1 / e - 1) * hole / A)
+    assert out[0] == pytest.approx(exact, rel=1e-12)
+    assert flow == pytest.approx(out[0], rel=1e-14)
+    dark, _ = power(given([A], [[1 - hole / A]], [e]), [400.0])
+    assert dark[0] == pytest.approx(exact * 400.0**4 / (400.0**4 - 100.0**4), rel=1e-12)
+
+
+def test_white_and_black_faces():
+    white, flow = power(given([1.0, 2.0], [[0, 1], [0.5, 0.5]], [0.0, 0.0]), [400.0, 300.0])
+    np.testing.assert_array_equal(white, 0.0)
+    assert flow == 0.0
+    lost, flow = power(given([1.0, 1.0], [[0, 0.5], [0.5, 0]], [0.0, 1.0]), [400.0, 300.0])
+    assert lost[0] == 0.0
+    assert lost[1] == pytest.approx(flow) == pytest.approx(-0.75 * SIGMA * 300.0**4)
+    black, _ = power(given([1.0, 1.0], [[0, 1], [1, 0]], [1.0, 1.0]), [400.0, 300.0])
+    assert black[1] == pytest.approx(SIGMA * (400.0**4 - 300.0**4), rel=1e-14)
+
+
+# ---------------------------------------------------------------------------- balance, tangent
+
+
+def random_enclosure(n, seed, sink=None):
+    rng = np.random.default_rng(seed)
+    exchange = rng.uniform(0.0, 1.0, (n, n))
+    exchange += exchange.T
+    areas = exchange.sum(1) * (1.0 if sink is None else rng.uniform(1.0, 1.5, n))
+    return given(areas, exchange / areas[:, None], rng.uniform(0.0, 1.0, n), sink)
+
+
+@pytest.mark.parametrize("sink", [None, still(200.0)])
+def test_what_faces_exchange_is_the_flow_of_the_sink(sink):
+    term, rng = random_enclosure(7, 1, sink), np.random.default_rng(2)
+    for _ in range(20):
+        out, flow = power(term, rng.uniform(50.0, 900.0, 7))
+        assert abs(out.sum() - flow) < 1e-14 * np.abs(out).sum()
+    out, _ = power(random_enclosure(7, 1), np.full(7, 300.0))
+    np.testing.assert_allclose(out, 0.0, atol=1e-11)
+
+
+def test_tangent():
+    T = np.random.default_rng(3).uniform(200.0, 400.0, 5)
+    assert_tangent(random_enclosure(5, 4, still(100.0)), T)
+
+
+# --------------------------------------------------------------------------------- bad input
+
+
+def test_problems_say_what_is_wrong():
+    sides = [Side("a"), Side("b", "top")]
+    grey = Enclosure("gap", sides, [0.5, 0.5], np.array([[0, 1], [1, 0.0]]))
+    assert problems(grey, [1.0, 1.0]) == []
+
+    def said(areas=(1.0, 1.0), **changed):
+        c = Enclosure(**{**grey.__dict__, **changed})
+        return " ".join(problems(c, areas))
+
+    assert "row 1 of the view factors sums to 1.1" in said(
+        view_factors=np.array([[0.1, 1], [1, 0]])
+    )
+    assert "must be the same both ways: 1 m^2 from face 1 to 2, 2 m^2 back" in said((1.0, 2.0))
+    assert "positive or zero" in said(view_factors=np.array([[0, -1.0], [-1, 0]]))
+    assert "shape (2, 2), got (1, 1)" in said(view_factors=np.eye(1))
+    assert "emissivity must be 0 to 1, got 1.2" in said(emissivities=[1.2, 0.5])
+    assert "one emissivity for each of 2 faces, got 1" in said(emissivities=[0.5])
+    assert "face 'top' of 'b' has no area" in said((1.0, 0.0))
+    assert "a face is named twice" in said(sides=[sides[0]] * 2)
+    assert "one face or more" in said((), sides=[], emissivities=[], view_factors=None)
+
+
+def test_enclosure_refuses_what_makes_no_sense():
+    with pytest.raises(ValueError, match="same both ways"):
+        given([1.0, 2.0], [[0, 1], [1, 0]], [0.5, 0.5])
+    sides = [Side("hub"), Side("lid")]
+    with pytest.raises(ValueError, match="no facets of face 'outer' of 'hub'"):
+        enclosure(Enclosure("gap", sides, [0.5, 0.5]), lumps([1.0, 1.0]))
+
+
+# ------------------------------------------------------------------------ with time integration
+
+
+def test_two_lumps_come_to_their_common_temperature_and_keep_their_heat():
+    parts = [Part(n, np.zeros(3), plain(), 1.0, T, 1.0) for n, T in (("a", 400.0), ("b", 300.0))]
+    factors = np.array([[0.0, 1.0], [1.0, 0.0]])
+    c = Enclosure("gap", [Side("a"), Side("b")], [0.8, 0.5], factors)
+    d = Description((), parts, (), [c])
+    solver = Heat(LumpSpace(d), d)
+    T, flows, why = solver.advance(solver.initial(), 0.0, 1e5, np.zeros(2))
+    assert why == ""
+    np.testing.assert_allclose(T, 350.0, atol=1e-3)
+    assert T.sum() == pytest.approx(700.0, rel=1e-13)
+    assert flows["gap"] == 0.0
+    held = Description((), parts, (), [c, Fixed("hot", Place("a"), still(500.0))])
+    solver = Heat(LumpSpace(held), held)
+    T, flows, why = solver.steady(solver.initial(), 0.0)
+    assert why == ""
+    np.testing.assert_allclose(T, 500.0, rtol=1e-9)
+
+
+# ------------------------------------------------------------------------- inside of long tubes
+
+
+def tube_face(stations, n, radius=0.05, kind="rings"):
+    """Inner face of a straight tube along x: rows of points, or facets of one point each."""
+    phi = 2.0 * np.pi / n * np.arange(n)
+    normals = -np.stack([0 * phi, np.cos(phi), np.sin(phi)], axis=1)
+    points = np.zeros((stations, n, 3)) - radius * normals
+    points[..., 0] += 0.1 * np.arange(stations)[:, None]
+    areas = np.full((stations, n), 0.1 * 2.0 * np.pi * radius / n)
+    normals = np.broadcast_to(normals, points.shape)
+    dofs = np.arange(stations * n)
+    if kind == "rings":
+        return [Block(dofs.reshape(-1, n), np.eye(n), areas, points, normals, np.empty((1, 0, 3)))]
+    return [
+        Block(
+            dofs[:, None], np.ones((1, 1)), areas.reshape(-1, 1), points.reshape(-1, 1, 3),
+            normals.reshape(-1, 1, 3), np.empty((1, 0, 3)),
+        )
+    ]  # fmt: skip
+
+
+def inner(emissivity, face):
+    return enclosure(Enclosure("inside", [Side("tube", "inner")], [emissivity]), [face])
+
+
+def wave_loss(order, emissivity):
+    """Emitted less absorbed, over sigma d(T^4), of harmonic ``order`` round a long grey tube.
+
+    The kernel |sin(x/2)|/4 is summed here by a rule of its own.
+    """
+    x = (np.arange(200_000) + 0.5) * 2.0 * np.pi / 200_000
+    seen = (0.25 * np.sin(0.5 * x) * np.cos(order * x)).mean() * 2.0 * np.pi
+    assert seen == pytest.approx(1.0 / (1.0 - 4.0 * order**2), rel=1e-9)
+    return emissivity * (1.0 - seen) / (1.0 - (1.0 - emissivity) * seen)
+
+
+@pytest.mark.parametrize("emissivity", [1.0, 0.3])
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_harmonic_round_a_tube_loses_what_the_integral_equation_says(order, emissivity):
+    n = 96
+    term, face = inner(emissivity, tube_face(2, n)), tube_face(2, n)[0]
+    wave = np.tile(np.cos(order * 2.0 * np.pi / n * np.arange(n)), 2)
+    T = (300.0**4 + 1e8 * wave) ** 0.25
+    out, flow = power(term, T)
+    loss = -(out @ wave) / (wave @ wave) / (SIGMA * 1e8 * face.areas[0, 0])
+    assert loss == pytest.approx(wave_loss(order, emissivity), rel=4e-3)
+    assert flow == 0.0
+    assert abs(out.sum()) < 1e-12 * np.abs(out).sum()
+
+
+def test_rings_are_found_by_temperatures_or_by_height():
+    rows, single = tube_face(3, 16), tube_face(3, 16, kind="single")
+    T = np.random.default_rng(5).uniform(250.0, 350.0, 48)
+    np.testing.assert_allclose(
+        power(inner(0.7, rows), T)[0], power(inner(0.7, single), T)[0], rtol=1e-11
+    )
+    out, _ = power(inner(0.7, rows), T)
+    np.testing.assert_allclose(out.reshape(3, 16).sum(1), 0.0, atol=1e-12)
+    assert_tangent(inner(0.7, single), T)
+    np.testing.assert_array_equal(power(inner(0.0, rows), T)[0], 0.0)
+
+
+def test_a_member_without_profile_has_nothing_to_exchange():
+    face = tube_face(1, 1)[0]
+    term = inner(0.5, [face])
+    np.testing.assert_array_equal(power(term, [300.0])[0], 0.0)
+    assert term.slopes(np.array([300.0]), NOW).size == term.entries()[0].size == 0
