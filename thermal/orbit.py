@@ -148,7 +148,7 @@ class FixedSun:
         d = np.asarray(self.direction, dtype=float)
         wrong = []
         if d.shape != (3,) or not np.isfinite(d).all() or not d.any():
-            wrong.append(f"sun: direction must be a vector that is not zero, got {self.direction}")
+            wrong.append(f"sun: direction must be a vector that is not zero, got {d}")
         if not 0.0 < self.distance < inf:
             wrong.append(f"sun: distance must be positive and finite, got {self.distance:g} m")
         if wrong:
