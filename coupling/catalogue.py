@@ -31,9 +31,13 @@ ELEMENTS = {
 }
 """What the elements are, by their names in ``mechanics.elements.FAMILIES``."""
 HEAT = {
-    "line": "finite elements along beams and cables; shells as prescribed by walls",
-    "lumped": "the same by a network of lumps",
-    "prescribed": "walls give all temperatures, of beams, cables and shells",
+    "line": "finite elements along beams and cables, trigonometric round tubes; shells as walls",
+    "hermite": "the same by the cubic functions of the beams along the axis",
+    "wall": "finite elements on the developed walls of tubes and on shells",
+    "solid": "3D finite elements of everything",
+    "lumped": "a network of lumps and conductors, integrated by TR-BDF2",
+    "prescribed": "walls and fields give all temperatures; nothing is computed",
+    "calculix": "the 3D problem written as a deck and solved by CalculiX, where it is installed",
 }
 """What ``thermal.solvers.SOLVERS`` do."""
 NORMAL = {

@@ -77,7 +77,7 @@ def _all_faces(draft: Draft) -> Iterator[tuple[str, FaceTable]]:
             yield f"thermal.{kind}.{name}", table
     for name, table in draft.named("thermal", "enclosure").items():
         for i, face in enumerate(table.faces):
-            yield f"thermal.enclosure.{name}.faces.{i}", face
+            yield f"thermal.enclosure.{name}.faces[{i}]", face
     for name, table in draft.named("thermal", "interface").items():
         yield f"thermal.interface.{name}.a", table.a
         yield f"thermal.interface.{name}.b", table.b
@@ -260,7 +260,7 @@ def _contacts(draft: Draft) -> Iterator[Problem]:
 def _elastic(draft: Draft) -> Iterator[Problem]:
     heat = draft.valid.get(("thermal",))
     for i, name in enumerate(heat.elastic.bodies if heat is not None and heat.elastic else ()):
-        where = f"thermal.elastic.bodies.{i}"
+        where = f"thermal.elastic.bodies[{i}]"
         if name not in draft.names("body"):
             yield Problem(where, unknown("body", name, draft.names("body")))
         elif name in draft.named("body") and _kind(draft, name) != "line":

@@ -203,7 +203,7 @@ class Enclosure(Table):
             yield "view_factors", f"expected {n} rows of {n} numbers"
         for i, row in enumerate(rows):
             if sum(row) > 1.0 + 1e-6:
-                yield f"view_factors.{i}", f"sums to {sum(row):g}, more than 1"
+                yield f"view_factors[{i}]", f"sums to {sum(row):g}, more than 1"
 
 
 class Interface(Table):

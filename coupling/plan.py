@@ -16,9 +16,15 @@ from coupling.descriptions import (
     shells,
     sided_joints,
 )
+from coupling.heat_tables import Thermal
 from coupling.scene import Scene
 from mechanics.schemes import Scheme
 
+KINDS = (
+    "wall", "field", "flux", "film", "radiation", "enclosure", "fixed", "source", "part", "solid",
+    "link", "interface", "contact",
+)  # fmt: skip
+"""Kinds of tables under [thermal]."""
 ABSENT = {
     "flux": "fluxes: no [thermal.flux]",
     "radiation": "radiation: no [thermal.radiation]",
@@ -49,17 +55,32 @@ def _heat_runs(scene: Scene, solver) -> list[tuple[str, str]]:
     table = scene.thermal
     if table is None:
         return []
-    conditions = [
-        f"{len(getattr(table, k))} × {k}"
-        for k in ("wall", "flux", "radiation", "fixed", "source", "part", "link")
-        if getattr(table, k)
-    ]
+    conditions = [f"{len(getattr(table, k))} × {k}" for k in KINDS if getattr(table, k)]
+    if table.elastic is not None:
+        conditions.append(f"heat of deformation in {', '.join(table.elastic.bodies)}")
     what = [f"{len(solver.x)} temperatures"]
     if _tubes(scene):
         what.append(f"{table.wall_points} around a tube")
-    if shells(scene):
-        what.append("2 at each node of a shell (prescribed)")
-    return [(f"thermal.{table.solver}", ", ".join([*what, *conditions]))]
+    if shells(scene) and table.solver != "solid":
+        what.append("2 at each node of a shell")
+    how = [] if table.solver == "prescribed" else [_steps_of_heat(table)]
+    text = ", ".join([*what, *conditions, *how])
+    unused = getattr(solver, "unused", [])
+    return [(f"thermal.{table.solver}", text)] + (
+        [("thermal.unused", f"{', '.join(unused)}: all temperatures are given")] if unused else []
+    )
+
+
+def _steps_of_heat(table: Thermal) -> str:
+    scheme = "tr-bdf2" if (table.solver, table.scheme) == ("lumped", "sdirk2") else table.scheme
+    if table.solver == "calculix":
+        scheme = "backward Euler of ccx"
+    steps = (
+        f"error {table.tolerance:g} K a step"
+        if table.steps is None
+        else (f"{table.steps} equal steps a window")
+    )
+    return f"{scheme}, {steps}"
 
 
 def _tubes(scene: Scene) -> bool:

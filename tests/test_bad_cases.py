@@ -930,16 +930,12 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         ["body.boom.region: belongs to a mesh"],
     ),
     # ---- temperatures of shells
-    "shell without a wall": (
-        added(SHELL),
-        [
-            "body.s: has no wall: its temperatures are those of a [thermal.wall.NAME]; conduction "
-            "in shells is not there yet"
-        ],
-    ),
     "shell without a wall, prescribed": (
         changed(('initial = "20 degC"', 'initial = "20 degC"\nsolver = "prescribed"')) + SHELL,
-        ["body.boom: the prescribed solver needs a wall", "body.s: has no wall"],
+        [
+            "body.boom: the prescribed solver needs a wall",
+            "body.s: the prescribed solver needs its wall or field",
+        ],
     ),
     "wall of a shell like that of a beam": (
         added(
@@ -967,8 +963,8 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
             "[thermal.fixed.s]\nat={body='s',at='end'}\ntemperature=300\n"
         ),
         [
-            "thermal.flux.s.body: 's' is a shell: its temperatures are those of a [thermal.wall",
-            "thermal.fixed.s.at.body: 's' is a shell",
+            "thermal.flux.s.face: missing (of a shell 'top'",
+            "thermal.fixed.s.at.at: there is no place 'end'",
         ],
     ),
     "shell hotter than its data": (
