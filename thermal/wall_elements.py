@@ -19,7 +19,7 @@ Indices = NDArray[np.intp]
 WEIGHTS = {1: np.array([0.5, 0.5]), 2: np.array([1.0, 4.0, 1.0]) / 6.0}
 """Of the nodes of an interval of length 1, by order."""
 CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-SIDE = np.polynomial.legendre.leggauss(3)
+SIDE = np.polynomial.legendre.leggauss(4)
 FINE = len(SIDE[0])  # points of irradiation along each side of an element
 FRACTIONS = 0.5 * (1.0 + SIDE[0])
 PORTIONS = np.outer(0.5 * SIDE[1], 0.5 * SIDE[1]).ravel()
