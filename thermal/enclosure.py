@@ -22,7 +22,7 @@ from thermal.boundary import STEFAN_BOLTZMANN, Moment, Term
 from thermal.description import Enclosure, History
 from thermal.discretisation import Face
 from thermal.rings import Rings, rings
-from thermal.samples import Samples, averaging, grouped, samples
+from thermal.samples import Products, Samples, averaging, grouped, samples
 from thermal.view_factors import adjusted, exchange_areas, polygon_areas
 
 Array = NDArray[np.float64]
@@ -195,7 +195,8 @@ class Cavity:
         self._emitting = (exchanged.emitting / totals)[surfaces] * found.areas
         self._back = csr_array(found.at.T)
         self._shares = csr_array((self._mean @ found.at).T)
-        self._own = _Products(found.at)
+        self._own = Products(found.at, found.at)
+        self._own_factors = self._own.factors(found.at, found.at)
         self.coupled = len(found.nodes) <= COUPLED
         if self.coupled:
             self._absorbing = self._shares @ exchanged.mutual
@@ -223,28 +224,8 @@ class Cavity:
     def slopes(self, T: Array, at: Moment) -> Array:
         """See Term."""
         slope = 4.0 * STEFAN_BOLTZMANN * (self._at @ T[self._nodes]) ** 3
-        own = self._own.values(self._emitting * slope)
+        own = (self._emitting * slope)[self._own.points] * self._own_factors
         if not self.coupled:
             return own
         emitted = self._mean @ diags_array(slope) @ self._at
         return np.concatenate([own, -(self._absorbing @ emitted).ravel()])
-
-
-class _Products:
-    """Products of the entries of each row of a sparse matrix with one another.
-
-    rows, columns : (k,) intp  of the sum over the rows p of weight_p at_pi at_pj
-    """
-
-    def __init__(self, at: csr_array) -> None:
-        counts = np.diff(at.indptr)
-        first = np.repeat(at.indptr[:-1], counts**2)
-        within = np.arange(len(first)) - np.repeat(np.cumsum(counts**2) - counts**2, counts**2)
-        i, j = np.divmod(within, np.repeat(counts, counts**2))
-        self._points = np.repeat(np.arange(len(counts)), counts**2)
-        self._factors = at.data[first + i] * at.data[first + j]
-        self.rows, self.columns = at.indices[first + i], at.indices[first + j]
-
-    def values(self, weight: Array) -> Array:
-        """(k,) entries, for weights (P,) of the points."""
-        return weight[self._points] * self._factors

@@ -79,3 +79,35 @@ def averaging(areas: Array, groups: Indices, count: int) -> csr_array:
 def grouped(areas: Array, groups: Indices, count: int) -> Array:
     """(count,)  sums over groups of points."""
     return np.asarray(np.bincount(groups, areas, count), dtype=float)
+
+
+class Products:
+    """Products of the entries of each row of one sparse matrix with those of another's row.
+
+    rows, columns : (k,) intp  of the entries of the sum over points p of weight_p a_pi b_pj
+    points : (k,) intp  p of each
+    """
+
+    def __init__(self, a: csr_array, b: csr_array) -> None:
+        many, each = np.diff(a.indptr), np.diff(b.indptr)
+        counts = many * each
+        self.points = np.repeat(np.arange(len(counts)), counts)
+        within = np.arange(len(self.points)) - np.repeat(np.cumsum(counts) - counts, counts)
+        i, j = np.divmod(within, each[self.points])
+        self.rows = a.indices[a.indptr[:-1][self.points] + i].astype(np.intp)
+        self.columns = b.indices[b.indptr[:-1][self.points] + j].astype(np.intp)
+
+    def factors(self, a: csr_array, b: csr_array) -> Array:
+        """(k,)  a_pi b_pj of matrices with entries within those of the pattern."""
+        return self._entries(a, self.rows) * self._entries(b, self.columns)
+
+    def _entries(self, matrix: csr_array, columns: Indices) -> Array:
+        """Matrix entries (points, columns); zero where there are none."""
+        ordered = csr_array(matrix)
+        ordered.sum_duplicates()
+        width = ordered.shape[1]
+        lines = np.repeat(np.arange(ordered.shape[0]), np.diff(ordered.indptr))
+        keys = lines * width + ordered.indices
+        wanted = self.points * width + columns
+        place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        return np.where(keys[place] == wanted, ordered.data[place], 0.0)
