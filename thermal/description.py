@@ -313,6 +313,8 @@ class Settings:
     linear : "auto", "direct", "multigrid" or "petsc": who solves linear systems
     order : 1 or 2  of the shape functions of walls and solids
     layers : int  elements through a wall, of solids made of members and sheets
+    capacity : "lumped", "consistent" or "auto": whether solids store heat at nodes or by integrals;
+        "auto": lumped at order 1, lest heat shocks undershoot, and consistent at order 2
     """
 
     tolerance: float = 1e-3
@@ -321,6 +323,7 @@ class Settings:
     linear: str = "auto"
     order: int = 1
     layers: int = 1
+    capacity: str = "auto"
 
 
 DEFAULT = Settings()
