@@ -2,13 +2,13 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from difflib import get_close_matches
 from math import isfinite
 
 import numpy as np
 
 from meshes.materials import Property
+from thermal.composite import part_of
 from thermal.description import (
     Condition,
     Description,
@@ -62,7 +62,12 @@ def problems(description: Description) -> list[str]:
         found += [p for link in d.links for p in _link_problems(d, link)]
         found += [p for i in d.interfaces for p in _interface_problems(d, i)]
         found += [p for c in d.conditions for p in _condition_problems(d, c)]
-    return found or _given_twice(replace(d, solids=()))
+    numbered = _names([*d.members, *d.parts, *d.sheets])
+    return found or (_given_twice(part_of(d, numbered)) if numbered else [])
+
+
+def _names(things: Sequence[Thing]) -> set[str]:
+    return {thing.name for thing in things}
 
 
 def _repeated(what: str, names: Sequence[str]) -> list[str]:
