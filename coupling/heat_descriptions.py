@@ -6,7 +6,9 @@ from numpy.typing import NDArray
 import thermal.description as heat
 from coupling import body_tables, heat_tables
 from coupling.descriptions import line_bodies, line_of, shells, sided_joints, sites_of
+from coupling.heat_faces import FaceTable
 from coupling.heat_geometry import field_of, solid_mesh
+from coupling.histories import Constant
 from coupling.laws import Law
 from coupling.materials_used import material_of
 from coupling.scene import Scene
@@ -15,6 +17,8 @@ from meshes.materials import Property
 Array = NDArray[np.float64]
 
 OUTER = "outer"
+LIGHT = "light"
+"""Irradiation of a [thermal.surface.NAME] is called light.NAME."""
 
 
 def heat_description(scene: Scene) -> heat.Description:
@@ -69,6 +73,14 @@ def _on_faces(scene: Scene, table: heat_tables.Thermal) -> list[heat.Condition]:
         emissivity = float(law(300.0)) if law.is_constant else law
         found.append(heat.Radiation(f"radiation.{name}", side.thing, emissivity, r.sink, side.face))
     found += [_enclosure(scene, f"enclosure.{n}", e) for n, e in table.enclosure.items()]
+    for name, surface in table.surface.items():
+        side = side_of(scene, surface)
+        found += [
+            heat.Irradiation(f"{LIGHT}.{name}", side.thing, side.face),
+            heat.Radiation(
+                f"surface.{name}", side.thing, surface.emissivity, Constant(surface.sink), side.face
+            ),
+        ]
     return found
 
 
@@ -84,7 +96,7 @@ def _enclosure(scene: Scene, name: str, table: heat_tables.Enclosure) -> heat.En
     return heat.Enclosure(name, sides, [f.emissivity for f in table.faces], factors, table.sink)
 
 
-def side_of(scene: Scene, table: heat_tables.FaceTable) -> heat.Side:
+def side_of(scene: Scene, table: FaceTable) -> heat.Side:
     """The face that a table names."""
     assert scene.thermal is not None
     if table.part is not None:

@@ -10,8 +10,9 @@ from coupling.body_tables import LineBody, ShellBody
 from coupling.contact_tables import Sided
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
+from coupling.heat_faces import FaceTable
 from coupling.heat_geometry import field_of, solid_mesh
-from coupling.heat_tables import FaceTable, ThermalPlace, Wall
+from coupling.heat_tables import ThermalPlace, Wall
 from coupling.materials_used import material_problem
 from coupling.places import distances
 from thermal.solvers import SOLVERS
@@ -32,7 +33,7 @@ def check_heat(draft: Draft) -> list[Problem]:
         return []
     found = [*_solver(draft), *_on_bodies(draft), *_on_faces(draft), *_parts(draft)]
     found += [*_solids(draft), *_fields(draft), *_places(draft), *_walls(draft)]
-    found += [*_contacts(draft), *_elastic(draft)]
+    found += [*_contacts(draft), *_elastic(draft), *_environment(draft)]
     return [*found, *_given_twice(draft), *_coverage(draft)]
 
 
@@ -72,7 +73,7 @@ def _kind(draft: Draft, name: str) -> str | None:
 
 
 def _all_faces(draft: Draft) -> Iterator[tuple[str, FaceTable]]:
-    for kind in ("flux", "film", "radiation"):
+    for kind in ("flux", "film", "radiation", "surface"):
         for name, table in draft.named("thermal", kind).items():
             yield f"thermal.{kind}.{name}", table
     for name, table in draft.named("thermal", "enclosure").items():
@@ -265,6 +266,26 @@ def _elastic(draft: Draft) -> Iterator[Problem]:
             yield Problem(where, unknown("body", name, draft.names("body")))
         elif name in draft.named("body") and _kind(draft, name) != "line":
             yield Problem(where, f"'{name}' is no beam or cable")
+
+
+def _environment(draft: Draft) -> Iterator[Problem]:
+    heat = draft.valid.get(("thermal",))
+    surfaces = draft.names("thermal", "surface")
+    if heat is None:
+        return
+    if heat.environment is None:
+        for name in surfaces:
+            yield Problem(f"thermal.surface.{name}", "needs a [thermal.environment] to light it")
+        return
+    if not surfaces:
+        yield Problem("thermal.environment", "lights nothing: no [thermal.surface.NAME]")
+    from coupling.environments import environment
+
+    try:
+        environment(heat.environment)
+    except ValueError as error:
+        for line in str(error).splitlines():
+            yield Problem("thermal.environment", line)
 
 
 def _place_of_solid(draft: Draft, place: ThermalPlace, where: str) -> Iterator[Problem]:

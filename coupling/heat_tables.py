@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from coupling import quantities
+from coupling.environment_tables import EnvironmentTable, SurfaceTable
 from coupling.fields import (
     Axes,
     Count,
@@ -29,6 +30,7 @@ from coupling.functions import (
     TemperatureEnds,
     TemperatureHistory,
 )
+from coupling.heat_faces import FaceTable
 from coupling.histories import History
 from coupling.laws import Law, LawOf
 
@@ -85,26 +87,6 @@ class ThermalPlace(Table):
             yield "", "expected {body = ...}, {solid = ...} or {part = ...}"
         elif "part" in keys and "at" in keys:
             yield "at", "does not go with part"
-
-
-class FaceTable(Table):
-    """A face."""
-
-    body: str | None = Field(default=None, description="name of a [body.NAME]")
-    solid: str | None = Field(default=None, description="name of a [thermal.solid.NAME]")
-    part: str | None = Field(default=None, description="name of a [thermal.part.NAME] with an area")
-    face: str | None = Field(
-        default=None,
-        description="of a beam or cable 'outer' (default), 'inner', 'start', 'end'; of a shell "
-        "'top' or 'bottom'; of a solid a region, default all of its surface",
-    )
-
-    @classmethod
-    def odd_keys(cls, keys: set[str]) -> Iterator[tuple[str, str]]:
-        if len(keys & {"body", "solid", "part"}) != 1:
-            yield "", "give one of body, solid, part"
-        elif {"part", "face"} <= keys:
-            yield "face", "does not go with part: it has one face"
 
 
 class Emitting(FaceTable):
@@ -477,6 +459,10 @@ class Thermal(Table):
     field: dict[str, FieldTable] = Field(default_factory=dict)
     solid: dict[str, SolidTable] = Field(default_factory=dict)
     contact: dict[str, Contact] = Field(default_factory=dict)
+    environment: EnvironmentTable | None = Field(
+        default=None, description="[thermal.environment]: sun, orbit, planet, attitude"
+    )
+    surface: dict[str, SurfaceTable] = Field(default_factory=dict)
     elastic: Elastic | None = Field(
         default=None, description="[thermal.elastic]: heat that deformation releases"
     )

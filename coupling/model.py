@@ -239,10 +239,15 @@ def _surroundings(
 ) -> manager.Surroundings | None:
     """What passes from motion to heat besides friction; None where nothing does."""
     table = scene.thermal
-    if table is None or not (table.contact or table.elastic):
+    if table is None or not (table.contact or table.elastic or table.environment):
         return None
     from coupling.surroundings import Around
 
+    light = None
+    if table.environment is not None:
+        from coupling.environments import exposure
+
+        light = exposure(scene, heat_solver, motion_solver.system.layout)
     joints = None
     if table.contact:
         from coupling.joint_conductance import joint_conductance
@@ -253,7 +258,7 @@ def _surroundings(
         from coupling.elastic_heat import ElasticHeat
 
         elastic = ElasticHeat(scene, motion_solver.system, heat_solver, reading)
-    return Around(reading, None, joints, elastic)
+    return Around(reading, light, joints, elastic)
 
 
 def _control(scene: Scene) -> Control:

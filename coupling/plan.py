@@ -22,7 +22,7 @@ from mechanics.schemes import Scheme
 
 KINDS = (
     "wall", "field", "flux", "film", "radiation", "enclosure", "fixed", "source", "part", "solid",
-    "link", "interface", "contact",
+    "link", "interface", "contact", "surface",
 )  # fmt: skip
 """Kinds of tables under [thermal]."""
 ABSENT = {
@@ -66,9 +66,20 @@ def _heat_runs(scene: Scene, solver) -> list[tuple[str, str]]:
     how = [] if table.solver == "prescribed" else [_steps_of_heat(table)]
     text = ", ".join([*what, *conditions, *how])
     unused = getattr(solver, "unused", [])
-    return [(f"thermal.{table.solver}", text)] + (
-        [("thermal.unused", f"{', '.join(unused)}: all temperatures are given")] if unused else []
-    )
+    runs = [(f"thermal.{table.solver}", text), *_surroundings(table)]
+    if unused:
+        runs.append(("thermal.unused", f"{', '.join(unused)}: all temperatures are given"))
+    return runs
+
+
+def _surroundings(table: Thermal) -> list[tuple[str, str]]:
+    """Sun, orbit and attitude."""
+    around = table.environment
+    if around is None:
+        return []
+    place = "far from planets" if around.orbit is None else f"{around.orbit.kind} orbit, eclipses"
+    text = f"sun and shadows on {len(table.surface)} surfaces, {place}"
+    return [("thermal.environment", f"{text}, {around.attitude.frame} attitude")]
 
 
 def _steps_of_heat(table: Thermal) -> str:
