@@ -20,7 +20,7 @@ from thermal.layout import given, layout, place_nodes
 from thermal.lumps import LumpSpace
 from thermal.profiles import absorbing_widths, outer_contour, profile, values_at
 from thermal.strips import end_face, lengthwise_face
-from thermal.terms import add_heat, add_power, entries, tangent
+from thermal.terms import add_heat, add_power, count, entries, tangent
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -112,7 +112,11 @@ class LineSpace:
 
     def tangent(self, T: Array, tau: float) -> Array:
         """Entries in the order of ``entries``."""
-        return np.concatenate([np.empty(0), *(tangent(c, T, tau) for c in self._chains)])
+        last = np.cumsum([count(chain) for chain in self._chains])
+        out = np.empty(last[-1])
+        for chain, part in zip(self._chains, np.split(out, last[:-1]), strict=True):
+            tangent(chain, T, tau, part)
+        return out
 
     def unusable(self, T: Array) -> str:
         """Which property's range ``T`` has left, or ""."""

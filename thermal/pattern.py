@@ -1,6 +1,7 @@
 """Matrix with a fixed pattern: entries of many blocks are summed through precomputed slots."""
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,10 +9,14 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
+from thermal.band import Banded, ordering, summed
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 DENSE = 48  # unknowns up to which LAPACK serves; beyond, its threads cost more than they bring
+
+WORTH = 2000.0  # multiplications for each entry at which SuperLU begins to be faster (measured)
 
 
 class Pattern:
@@ -48,14 +53,41 @@ class Pattern:
         return csc_array((self.data(values), self.rows, self.starts), shape=(self.size,) * 2)
 
     def factorise(self, values: Array) -> Callable[[Array], Array]:
-        """Solver of linear systems with the matrix."""
-        if self.size > DENSE:
-            return splu(self.matrix(values)).solve
+        """Solver of linear systems with the matrix; of one that has none it gives nan."""
         if self.size == 0:
             return np.copy
+        if self.size <= DENSE:
+            return self._dense(values)
+        return self._within_band(values) or self._sparse(values)
+
+    def _dense(self, values: Array) -> Callable[[Array], Array]:
         dense = self.data(values).reshape(self.size, self.size).T
         factors = lu_factor(dense, overwrite_a=True, check_finite=False)
         return lambda r: lu_solve(factors, r, check_finite=False)
+
+    def _within_band(self, values: Array) -> Callable[[Array], Array] | None:
+        """None where the pattern has no narrow band, or elimination without pivots fails."""
+        if self._banded is None:
+            return None
+        banded, slots = self._banded
+        return banded.factorise(summed(slots, values, banded.size))
+
+    def _sparse(self, values: Array) -> Callable[[Array], Array]:
+        try:
+            return splu(self.matrix(values)).solve
+        except RuntimeError:  # exactly singular
+            return lambda r: np.full_like(r, np.nan)
+
+    @cached_property
+    def _banded(self) -> tuple[Banded, NDArray[np.int32]] | None:
+        """Solver within a band and, for each entry of the list, its place there."""
+        columns = np.repeat(np.arange(self.size), np.diff(self.starts))
+        both = np.concatenate([self.rows, columns]), np.concatenate([columns, self.rows])
+        order = ordering(self.size, *both, WORTH * len(self.rows))
+        if order is None:
+            return None
+        banded = Banded(order, self.rows, columns)
+        return banded, np.append(banded.slots, banded.size).astype(np.int32)[self.slots]
 
 
 def block_entries(dofs: Sequence[Indices]) -> tuple[Indices, Indices]:

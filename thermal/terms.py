@@ -82,36 +82,53 @@ def entries(c: Chain) -> tuple[Indices, Indices]:
     return np.concatenate(rows), np.concatenate(columns)
 
 
-def tangent(c: Chain, T: Array, tau: float) -> Array:
-    """Entries of the derivative of heat minus ``tau`` times power."""
+def count(c: Chain) -> int:
+    """Entries of ``tangent``."""
+    return (len(c.dofs) + 2 * len(c.near)) * c.dofs.shape[1] ** 2
+
+
+def tangent(c: Chain, T: Array, tau: float, out: Array) -> None:
+    """Write the entries of the derivative of heat minus ``tau`` times power to ``out``."""
     own = T[c.dofs]
     at = own @ c.values.T
-    k, jump, between = _along(c, at)
-    by_near, by_far = -tau * k, tau * k
-    if not c.material.conductivity.is_constant:
-        dk = tau * c.material.conductivity.derivative(between) * jump[None]
-        by_near += _at_gauss(c.factor * c.shape[0], dk)
-        by_far += _at_gauss(c.factor * c.shape[1], dk)
-    products = _products(c.values, c.values)
+    by_near, by_far = _along_slopes(c, at, tau)
     stations = c.mass[:, None] * c.material.heat_capacity(at)
     stations[c.near] -= by_near
     stations[c.near + 1] += by_far
-    blocks = stations @ products
+    squared = _products(c.values, c.values)
+    weights, products = [stations], [squared]
     for cross in c.crossings:
-        blocks += tau * _crossing_blocks(cross, c.values, own, at)
-    return np.concatenate(
-        [blocks.ravel(), (-by_far @ products).ravel(), (by_near @ products).ravel()]
-    )
+        more = _crossing_slopes(cross, c.values, own, at, tau)
+        weights += [weight for weight, _ in more]
+        products += [product for _, product in more]
+    last = squared.shape[1] * np.cumsum([len(c.dofs), len(c.near), len(c.near)])
+    blocks = [x.reshape(-1, squared.shape[1]) for x in np.split(out, last[:2])]
+    np.matmul(np.hstack(weights), np.vstack(products), out=blocks[0])
+    np.matmul(-by_far, squared, out=blocks[1])
+    np.matmul(by_near, squared, out=blocks[2])
 
 
-def _crossing_blocks(cross: Crossing, values: Array, own: Array, at: Array) -> Array:
-    """(n, N N) [W/K]  minus the derivative of the power conducted across."""
-    k, slopes = cross.conductivity, cross.slopes
-    blocks = (cross.factor[:, None] * k(at)) @ _products(slopes, slopes)
+def _along_slopes(c: Chain, at: Array, tau: float) -> tuple[Array, Array]:
+    """(e, M) [J/K]  tau times derivatives of the flow from far to near, by near and by far."""
+    k, jump, between = _along(c, at)
+    by_near, by_far = -tau * k, tau * k
+    if not c.material.conductivity.is_constant:
+        dk = c.material.conductivity.derivative(between) * (tau * jump)
+        by_near += _at_gauss(c.factor * c.shape[0], dk)
+        by_far += _at_gauss(c.factor * c.shape[1], dk)
+    return by_near, by_far
+
+
+def _crossing_slopes(
+    cross: Crossing, values: Array, own: Array, at: Array, tau: float
+) -> list[tuple[Array, Array]]:
+    """Minus the derivative of the power conducted across: weights (n, M), products (M, N N)."""
+    k, slopes, factor = cross.conductivity, cross.slopes, tau * cross.factor[:, None]
+    found = [(factor * k(at), _products(slopes, slopes))]
     if not k.is_constant:
-        flux = cross.factor[:, None] * k.derivative(at) * (own @ slopes.T)
-        blocks += flux @ _products(slopes, values)
-    return blocks
+        flux = factor * k.derivative(at) * (own @ slopes.T)
+        found.append((flux, _products(slopes, values)))
+    return found
 
 
 def _products(rows: Array, columns: Array) -> Array:
