@@ -212,8 +212,17 @@ def _given(
         for c in description.conditions
         if isinstance(c, Fixed) and c.place.name in solids and c.place.end is not None
     ]
+    givers: dict[str, list[str]] = {}
+    for c in description.conditions:
+        body = c.body if isinstance(c, Field) else c.place.name if isinstance(c, Fixed) else ""
+        givers.setdefault(body, []).append(c.name)
+    found += [
+        f"'{a}' and '{b}' both prescribe temperatures of '{name}'"
+        for name in solids
+        for a, b in pairwise(givers.get(name, []))
+    ]
     if found:
-        raise ValueError("\n  ".join(["prescribed temperatures must cover all solids", *found]))
+        raise ValueError("\n  ".join(["prescribed temperatures of solids", *found]))
     return given(description, regions, x)
 
 
