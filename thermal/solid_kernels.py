@@ -8,7 +8,7 @@ last batch have no volume. A property is its ``Curve`` as arrays: knots, origins
 import numpy as np
 from numba import njit
 
-BATCH = 8
+BATCH = 16
 
 
 @njit(cache=True)
@@ -176,15 +176,20 @@ def add_capacity(dofs, mass, values, knots, origins, c, slots, T, data):  # prag
 def add_conductance(
     dofs, metric, values, slopes, knots, origins, k, dk, slots, tau, T, data
 ):  # pragma: no cover
-    """Add tau times the derivative of the integral of k(T) grad N_i . grad T to ``data``."""
+    """Add tau times the derivative of the integral of k(T) grad N_i . grad T to ``data``.
+
+    Of the part with k half is summed, as it is symmetric, and of both parts what belongs to the
+    first node follows from the others: gradients sum to 0 over the nodes, and values to 1.
+    """
     batches, n = dofs.shape[:2]
-    d, m = np.empty((n, BATCH)), np.empty((n, n, BATCH))
+    d, m, w = np.empty((n, BATCH)), np.empty((n, n, BATCH)), np.empty((n, n, BATCH))
     first, at, bend = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
     g, f, r, u = (np.empty((3, BATCH)), np.empty((3, BATCH)), np.empty((3, BATCH)), np.empty(BATCH))
     piece = 0
     for e in range(batches):
         _load(dofs, e, T, first, d)
         m[:] = 0.0
+        w[:] = 0.0
         for q in range(len(values)):
             _interpolate(d, first, values[q], slopes[q], at, g)
             bend[:] = at
@@ -194,13 +199,46 @@ def add_conductance(
                 at[b] *= tau
                 bend[b] *= tau
             _flux(metric[e, q], g, bend, f)
-            for i in range(n):
+            for i in range(1, n):
                 _row(slopes[q, i], metric[e, q], at, f, r, u)
-                for j in range(n):
-                    v, x, y, z = values[q, j], slopes[q, j, 0], slopes[q, j, 1], slopes[q, j, 2]
+                for j in range(i, n):
+                    x, y, z = slopes[q, j, 0], slopes[q, j, 1], slopes[q, j, 2]
                     for b in range(BATCH):
-                        m[i, j, b] += x * r[0, b] + y * r[1, b] + z * r[2, b] + v * u[b]
+                        m[i, j, b] += x * r[0, b] + y * r[1, b] + z * r[2, b]
+                for b in range(BATCH):
+                    w[i, 0, b] += u[b]
+                for j in range(1, n):
+                    v = values[q, j]
+                    for b in range(BATCH):
+                        w[i, j, b] += v * u[b]
+        _complete(m, w)
         _scatter(slots, e, m, data)
+
+
+@njit(inline="always")
+def _complete(m, w):  # pragma: no cover
+    """Fill up a symmetric matrix of row sums 0, and add w, whose first column is its row sums."""
+    n = m.shape[0]
+    for i in range(1, n):
+        for j in range(1, i):
+            m[i, j] = m[j, i]
+    for i in range(1, n):
+        for j in range(1, n):
+            for b in range(BATCH):
+                m[i, 0, b] -= m[i, j, b]
+                m[0, i, b] -= m[j, i, b]
+    for i in range(1, n):
+        for b in range(BATCH):
+            m[0, 0, b] -= m[i, 0, b]
+    for i in range(1, n):
+        for j in range(1, n):
+            for b in range(BATCH):
+                m[i, j, b] += w[i, j, b]
+                m[0, j, b] -= w[i, j, b]
+                w[i, 0, b] -= w[i, j, b]
+        for b in range(BATCH):
+            m[i, 0, b] += w[i, 0, b]
+            m[0, 0, b] -= w[i, 0, b]
 
 
 @njit(inline="always")
