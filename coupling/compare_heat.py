@@ -24,9 +24,10 @@ Array = NDArray[np.float64]
 REFERENCE = "wall"
 """What the others are compared with, if it ran; otherwise the run of most temperatures."""
 COLUMNS = (
-    "solver", "temperatures", "steps", "start [s]", "run [s]", "mean, largest [K]",
-    "mean, average [K]", "gradient, largest [K/m]", "gradient, average [K/m]",
+    "solver", "temperatures", "steps", "start [s]", "run [s]", "mean: largest [K]",
+    "average [K]", "gradient: largest [K/m]", "average [K/m]",
 )  # fmt: skip
+DASHES = ("-", "--", "-.", ":")
 
 
 class Run(NamedTuple):
@@ -207,10 +208,14 @@ def _result(scene: Scene, rows: Sequence[Row]) -> Result:
         "heat alone at the pose of the start; friction gives no heat here",
         "start: building and a first window, in which kernels are compiled; run: all windows",
     ]
-    notes += [f"{row.run.solver}: {row.run.why}" for row in rows if row.run.why]
+    notes += [
+        f"{r.run.solver}: {'; '.join(map(str.strip, r.run.why.splitlines()))}"
+        for r in rows
+        if r.run.why
+    ]
     done = [row for row in rows if not row.run.why]
     title = f"Heat by several solvers: {scene.title or scene.folder.name}"
-    pictures = [_histories(scene, done, standard), *_errors(done)]
+    pictures = [*_histories(done, standard), *_errors(done)]
     return Result("compare_thermal", title, COLUMNS, [_cells(row) for row in done], notes, pictures)
 
 
@@ -220,21 +225,38 @@ def _cells(row: Row) -> tuple[str | float | int, ...]:
     return (run.solver, run.temperatures, run.steps, run.start, run.seconds, *apart)
 
 
-def _histories(scene: Scene, rows: Sequence[Row], standard: Run) -> Picture:
-    """Mean temperature where the reference is hottest at the end."""
-    hottest = np.where(standard.reached, standard.sections[-1, :, 0], -np.inf).argmax()
-    curves = [
-        Curve(row.run.solver, row.run.times, row.run.sections[:, hottest, 0], "-") for row in rows
+def _histories(rows: Sequence[Row], standard: Run) -> list[Picture]:
+    """Mean temperature and gradient, where those of the reference are largest at the end."""
+    end = standard.sections[-1]
+    hottest = np.where(standard.reached, end[:, 0], -np.inf).argmax()
+    steepest = np.where(standard.reached, np.linalg.norm(end[:, 1:], axis=1), -np.inf).argmax()
+    means = [(row.run, row.run.sections[:, hottest, 0]) for row in rows]
+    gradients = [
+        (row.run, np.linalg.norm(row.run.sections[:, steepest, 1:], axis=1)) for row in rows
     ]
-    return Picture("time [s]", "temperature of the hottest section [K]", curves, "")
+    return [
+        Picture("time [s]", f"{label} section", _lines(curves), "")
+        for label, curves in (("mean [K], hottest", means), ("gradient [K/m], steepest", gradients))
+    ]
+
+
+def _lines(curves: Sequence[tuple[Run, Array]]) -> list[Curve]:
+    """Each with a dash of its own, as most lie on one another."""
+    return [
+        Curve(run.solver, run.times, y, DASHES[i % len(DASHES)])
+        for i, (run, y) in enumerate(curves)
+    ]
 
 
 def _errors(rows: Sequence[Row]) -> list[Picture]:
     """Largest differences over run time; none where nothing can be compared."""
-    curves = [
-        Curve(row.run.solver, [row.run.seconds], [row.difference.mean], "")
-        for row in rows
-        if row.difference is not None and row.difference.mean > 0.0
-    ]
-    y = "largest difference of mean temperature [K]"
-    return [Picture("run time [s]", y, curves)] if curves else []
+    found = []
+    for of, unit in (("mean", "K"), ("gradient", "K/m")):
+        curves = [
+            Curve(row.run.solver, [row.run.seconds], [getattr(row.difference, of)], "")
+            for row in rows
+            if row.difference is not None and getattr(row.difference, of) > 0.0
+        ]
+        if curves:
+            found.append(Picture("run time [s]", f"difference of {of} [{unit}]", curves))
+    return found

@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -102,12 +103,12 @@ class CalculixHeat:
             times = np.linspace(0.0, h, SAMPLES)
         else:
             procedure, times = equal_increments(h, steps), np.linspace(0.0, h, steps + 1)
-        window = Window(times, t + times, heat / h, outside)
-        history, why = self._run(T, window, procedure)
+        window = Window(times, t + times, T, steps is not None, heat / h, outside)
+        history, why = self._run(window, procedure)
         if why:
             return T.copy(), {}, why
         ends = history.times if steps is None else times[1:]  # these in all digits
-        flows = self._flows(T, t, np.append(ends[:-1], h), history.temperatures, window)
+        flows = self._flows(t, np.append(ends[:-1], h), history.temperatures, window)
         end = history.temperatures[-1]
         return end, flows, self._unusable(end)
 
@@ -116,8 +117,9 @@ class CalculixHeat:
     ) -> tuple[Array, Mapping[str, float], str]:
         """Steady temperatures under the conditions of ``t``, power [W] through each, reason."""
         still = {name: (value, value) for name, value in (outside or {}).items()}
-        window = Window(np.array([0.0, 1.0]), np.array([t, t]), np.zeros_like(T), still)
-        history, why = self._run(T, window, STEADY)
+        times, nothing = np.array([0.0, 1.0]), np.zeros_like(T)
+        window = Window(times, np.array([t, t]), T, False, nothing, still)
+        history, why = self._run(window, STEADY)
         if why:
             return T.copy(), {}, f"there is no steady state: {why}"
         end = history.temperatures[-1]
@@ -126,11 +128,11 @@ class CalculixHeat:
         return end, named, self._unusable(end)
 
     def _run(
-        self, T: Array, window: Window, procedure: Sequence[str]
+        self, window: Window, procedure: Sequence[str]
     ) -> tuple[calculix_results.Results, str]:
         """What CalculiX makes of a window, and "" or the reason why it makes nothing."""
         amplitudes, loads = self._loads.text(window)
-        first = initial_text(self._everywhere(T, window))
+        first = initial_text(self._everywhere(window))
         deck = [self._text, *first, *amplitudes, *steps_text(procedure, loads), ""]
         with TemporaryDirectory(prefix="thermobody-ccx-") as folder:
             job = Path(folder) / "heat"
@@ -146,18 +148,16 @@ class CalculixHeat:
         self.taken, self.exact = len(found.times), found.exact
         return found._replace(temperatures=found.temperatures[:, : len(self.x)]), ""
 
-    def _everywhere(self, T: Array, window: Window) -> Array:
+    def _everywhere(self, window: Window) -> Array:
         """Temperatures also of the nodes of lumps and links."""
-        whole = np.concatenate([T, np.zeros(len(self._model.x) - len(T))])
+        whole = np.concatenate([window.T, np.zeros(len(self._model.x) - len(self.x))])
         for held in self._held:
             whole[held.nodes] = held.temperature(float(window.moments[0]))
         for node, mean in self._model.ties:
             whole[node] = mean.weights @ whole[mean.nodes]
         return whole
 
-    def _flows(
-        self, T: Array, t: float, ends: Array, fields: Array, window: Window
-    ) -> dict[str, float]:
+    def _flows(self, t: float, ends: Array, fields: Array, window: Window) -> dict[str, float]:
         """Heat [J] through each boundary by backward Euler, and what held given temperatures."""
         steps, h = np.diff(ends, prepend=0.0), ends[-1]
         flows = np.zeros(len(self._boundary.names))
@@ -168,7 +168,7 @@ class CalculixHeat:
             power, through = self._boundary.power(field, Moment(t + float(end), now))
             flows += step * through
             received = received + step * (power + self.space.power(field))
-        missing = self.space.heat(fields[-1]) - self.space.heat(T) - received
+        missing = self.space.heat(fields[-1]) - self.space.heat(window.T) - received
         named = {g.name: float(missing[g.nodes].sum()) for g in self.space.given}
         return named | dict(zip(self._boundary.names, flows.tolist(), strict=True))
 
@@ -200,7 +200,8 @@ def _refuse(problems: Sequence[str]) -> None:
 
 
 def _space(d: Description, settings: Settings) -> Discretisation:
-    """The same temperatures in the same order as of ``thermal.solid``."""
+    """The same temperatures as of ``thermal.solid``; heat is stored as CalculiX stores it."""
+    settings = replace(settings, capacity="consistent")
     lumps = {p.name for p in d.parts}
     bodies = {m.name for m in d.members} | {s.name for s in d.sheets} | {s.name for s in d.solids}
     return compose(d, [(solid_space(settings), bodies), (LumpSpace, lumps)])

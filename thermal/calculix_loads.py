@@ -1,4 +1,9 @@
-"""What acts on a CalculiX model over a window: amplitudes, and loads that refer to them."""
+"""What acts on a CalculiX model over a window: amplitudes, and loads that refer to them.
+
+CalculiX counts the rate of temperature at free nodes only. Beside nodes whose temperature is
+prescribed and changes it leaves out heat of the order of the size of the cells; that heat is taken
+from the free nodes here, as a load.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -31,12 +36,17 @@ class Window(NamedTuple):
 
     times : (k,) float [s]  of CalculiX, from 0 on, at which histories are taken; linear in between
     moments : (k,) float [s]  of the histories, at these times
+    T : (n,) float [K]  at its start
+    jumps : whether ``times`` are the ends of all increments, so that prescribed temperatures that
+        jump at the start are seen to rise within the first of them
     heat : (n,) float [W]  given to the temperatures
     outside : name -> values at its start and end
     """
 
     times: Array
     moments: Array
+    T: Array
+    jumps: bool
     heat: Array
     outside: Outside
 
@@ -130,11 +140,25 @@ class Loads:
         return [f"{node + 1},11,11" for node in nodes], np.vstack(values)
 
     def _powers(self, window: Window) -> tuple[list[str], Array]:
-        powers = np.tile(window.heat[:, None], (1, len(window.times)))
+        powers = window.heat[:, None] - self._left_out(window)
         for c, mean in self._sources:
             np.add.at(powers, mean.nodes, np.outer(mean.weights, window.of(c.power)))
         nodes = np.flatnonzero(powers.any(axis=1))
         return [f"{node + 1},11" for node in nodes.tolist()], powers[nodes]
+
+    def _left_out(self, window: Window) -> Array:
+        """(n, k) [W] that free temperatures store as those prescribed beside them change."""
+        given = list(self._space.given)
+        nodes = np.concatenate([np.empty(0, np.intp), *(g.nodes for g in given)])
+        T, stored = window.T.copy(), []
+        for t in window.moments:
+            T[nodes] = np.concatenate([np.empty(0), *(g.at(float(t)) for g in given)])
+            stored.append(self._space.heat(T))
+        if window.jumps:
+            stored[0] = self._space.heat(window.T)
+        rates = np.diff(np.stack(stored, axis=1)) / np.diff(window.times)
+        rates[nodes] = 0.0
+        return np.hstack([rates[:, :1], rates])
 
     def _densities(self, window: Window) -> tuple[list[str], Array]:
         """Flux densities of all conditions together."""
