@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from coupling import observables
 from coupling.clocks import CLOCKS, Clock
 from coupling.errors import BadCase, Problem
+from coupling.manager import settled
 from coupling.model import Model, build
 from coupling.results import Recorder, new_run_folder
 from coupling.scene import Scene
@@ -46,17 +47,19 @@ def run(scene: Scene, folder: Path | None = None, console: Any = None) -> Outcom
 
 
 def _temperatures(model: Model) -> tuple[Array, Array]:
-    """Section temperatures at load factor 0 and 1: those of the start and of the end."""
+    """Section temperatures at load factor 0 and 1: of the start, and of the end.
+
+    At the end those that the conditions hold: as they are prescribed, or steady.
+    """
     solver, read = model.pair.heat_solver, model.pair.transfer.read
     if solver is None:
         return read(np.zeros(0)), read(np.zeros(0))
-    if model.scene.thermal is None or model.scene.thermal.solver != "prescribed":
-        text = "statics and modes take temperatures that are given: solver = 'prescribed'"
-        raise BadCase(str(model.scene.folder), [Problem("thermal.solver", text)])
     start = solver.initial()
-    end, _, why = solver.advance(start, 0.0, model.end, np.zeros(len(start)))
-    if why:
-        raise BadCase(str(model.scene.folder), [Problem("thermal", why)])
+    try:
+        end = settled(model.pair, start, model.end, None)
+    except ValueError as error:
+        text = str(error).removeprefix("heat: ")
+        raise BadCase(str(model.scene.folder), [Problem("thermal", text)]) from None
     return read(start), read(end)
 
 

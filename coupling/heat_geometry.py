@@ -27,10 +27,10 @@ def solid_mesh(folder: Path, solid: heat_tables.SolidTable, order: int) -> Mesh:
 
 def field_of(folder: Path, shapes: Mapping[str, Shape], table: heat_tables.FieldTable):
     """T(x, t) of a table or a file. Raises ValueError with what is wrong with the file."""
-    from meshes.fields import read_field, table_field
+    from meshes.fields import Units, read_field, table_field
 
     if table.file is not None:
-        return read_field(folder / table.file, table.name, table.unit)
+        return read_field(folder / table.file, Units(table.length_unit, table.unit), table.name)
     assert table.times and table.distances and table.temperatures
-    points = shapes[table.body].points
-    return table_field(points, table.times, table.distances, table.temperatures)
+    line = shapes[table.body].points
+    return table_field(table.times, table.distances, table.temperatures, line)

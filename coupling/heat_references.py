@@ -173,10 +173,18 @@ def _fields(draft: Draft) -> Iterator[Problem]:
         if table.file is None and _kind(draft, table.body) == "shell":
             yield Problem(f"{where}.distances", "a table is for beams and cables; give a file")
             continue
+        at = f"{where}.file" if table.file else where
         try:
-            field_of(draft.folder, draft.shapes, table)
+            field = field_of(draft.folder, draft.shapes, table)
+            field(draft.points[table.body], field.times[0])
         except ValueError as error:
-            yield Problem(f"{where}.file" if table.file else where, str(error))
+            yield Problem(at, str(error))
+            continue
+        span = draft.valid.get(("time",))
+        first, last = field.times
+        if span is not None and (first > 0.0 or last < span.end * (1.0 - 1e-9)):
+            text = f"known from {first:g} s to {last:g} s, the run goes from 0 to {span.end:g} s"
+            yield Problem(at, text)
 
 
 # ------------------------------------------------------------------------- parts and places

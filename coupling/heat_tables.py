@@ -330,7 +330,12 @@ class FieldTable(Table):
         description="CSV, VTU or PVD, relative to the case folder: temperatures at points",
     )
     name: str | None = Field(default=None, description="of the data in the file")
-    unit: Literal["K", "degC"] = Field(default="K", description="of the temperatures in the file")
+    unit: Literal["K", "degC", "degF"] = Field(
+        default="K", description="of the temperatures in the file, where it names none"
+    )
+    length_unit: Literal["m", "mm", "cm", "um", "in", "ft"] = Field(
+        default="m", description="of the coordinates in the file, where it names none"
+    )
     distances: list[Length] | None = Field(
         default=None, description="from the start of a beam or cable: columns of the table"
     )
@@ -348,7 +353,7 @@ class FieldTable(Table):
             return
         for key in sorted(table - keys):
             yield key, "missing (give a file, or distances, times and temperatures)"
-        for key in sorted({"name", "unit"} & keys):
+        for key in sorted({"name", "unit", "length_unit"} & keys):
             yield key, "belongs to a file, and there is none"
 
     def odd_values(self) -> Iterator[tuple[str, str]]:

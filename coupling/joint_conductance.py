@@ -84,10 +84,14 @@ class Joint(NamedTuple):
 
 
 class JointConductance:
-    """Mean conductance of joints over what their contacts did."""
+    """Mean conductance of joints over what their contacts did.
+
+    contacts : int  how many there are at least
+    """
 
     def __init__(self, joints: Sequence[Joint]) -> None:
         self.joints = list(joints)
+        self.contacts = 1 + max((int(joint.contacts.max()) for joint in joints), default=-1)
 
     def mean(self, durations: Array, force: Array, gap: Array, T: Array) -> dict[str, Array]:
         """Conductance (1,) [W/K] of each joint by the name of its link.

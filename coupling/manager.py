@@ -81,13 +81,32 @@ class Coupled(NamedTuple):
 Result = tuple[Coupled | None, str]
 
 
-def initial(pair: Pair) -> Coupled:
-    """State of both solvers at t = 0."""
+def initial(pair: Pair, steady: bool = False) -> Coupled:
+    """State of both solvers at t = 0. ValueError with the reason when there is none.
+
+    steady : the temperatures are those that the conditions of t = 0 hold
+    """
     T = np.zeros(0) if pair.heat_solver is None else pair.heat_solver.initial()
     motion = pair.motion_solver.initial(pair.transfer.read(T))
+    if steady:
+        T = settled(pair, T, 0.0, motion)
+        motion = pair.motion_solver.initial(pair.transfer.read(T))
     outside = {} if pair.surroundings is None else pair.surroundings.at(0.0, motion, T)
     none = np.zeros_like(T)
     return Coupled(T, motion, none, none.copy(), 0.0, 0.0, {}, outside, 0.0)
+
+
+def settled(pair: Pair, T: Array, t: float, motion: Any) -> Array:
+    """(n,) [K] that the conditions of time ``t`` hold in the pose of a motion.
+
+    T : (n,) float [K]  first guess
+    """
+    assert pair.heat_solver is not None
+    outside = {} if pair.surroundings is None else pair.surroundings.at(t, motion, T)
+    T, _, why = pair.heat_solver.steady(T, t, outside)
+    if why:
+        raise ValueError(f"heat: {why}")
+    return T
 
 
 def isothermal(pair: Pair, state: Coupled, t: float, h: float, observe: Observe) -> Result:

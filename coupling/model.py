@@ -85,11 +85,15 @@ class Model:
     # -- states --------------------------------------------------------------------------------
 
     def initial(self) -> Coupled:
-        """State at t = 0. Raises BadCase if the joints allow none."""
+        """State at t = 0. Raises BadCase if joints or heat allow none."""
+        table = self.scene.thermal
         try:
-            return manager.initial(self.pair)
+            return manager.initial(self.pair, table is not None and table.start == "steady")
         except ValueError as error:
-            raise BadCase(str(self.scene.folder), [Problem("joint", str(error))]) from None
+            place, text = "joint", str(error)
+            if text.startswith("heat: "):
+                place, text = "thermal", text.removeprefix("heat: ")
+            raise BadCase(str(self.scene.folder), [Problem(place, text)]) from None
 
     def sections(self, state: Coupled) -> Array:
         """Section temperatures (m, 3) [K, K/m, K/m]."""

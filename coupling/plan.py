@@ -83,7 +83,9 @@ def _surroundings(table: Thermal) -> list[tuple[str, str]]:
 
 
 def _steps_of_heat(table: Thermal) -> str:
-    scheme = "tr-bdf2" if (table.solver, table.scheme) == ("lumped", "sdirk2") else table.scheme
+    scheme: str = (
+        "tr-bdf2" if (table.solver, table.scheme) == ("lumped", "sdirk2") else table.scheme
+    )
     if table.solver == "calculix":
         scheme = "backward Euler of ccx"
     steps = (

@@ -40,6 +40,15 @@ class ThermalSolver(Protocol):
         """
         ...
 
+    def steady(
+        self, T: Array, t: float, outside: Mapping[str, Array] | None = None
+    ) -> tuple[Array, Mapping[str, float], str]:
+        """Temperatures that the conditions of ``t`` hold, power [W] through each, reason.
+
+        ``T`` (n,) [K] is a first guess, and tells the heat of what exchanges none.
+        """
+        ...
+
     def energy(self, T: Array) -> float:
         """Stored heat [J]."""
         ...

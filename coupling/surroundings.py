@@ -37,8 +37,9 @@ class Around:
         self.held = frozenset() if joints is None else frozenset(j.name for j in joints.joints)
 
     def at(self, t: float, motion: Any, T: Array) -> Mapping[str, Array]:
-        """Irradiation of a state; joints are open at the start."""
-        nothing = np.zeros((1, len(motion.motion.approach)))
+        """Irradiation of a state, or of the reference (None); joints are open at the start."""
+        count = 0 if self._joints is None else self._joints.contacts
+        nothing = np.zeros((1, count))
         return self._irradiation(t, motion) | self._conductance(np.ones(1), nothing, nothing, T)
 
     def after(

@@ -103,13 +103,35 @@ def test_what_nothing_holds_is_said(tmp_path):
     assert "nothing holds" in output
 
 
-def test_other_heat_is_refused(tmp_path):
-    (tmp_path / "case.toml").write_text(
-        CASE + "[thermal]\ninitial = 300\n" + '[analysis]\nkind = "statics"\n'
-    )
+HEATED = """
+[thermal]
+initial = 300
+full_sections = "gradients"
+[thermal.fixed.cold]
+at = { body = "bar", at = "start" }
+temperature = 300
+[thermal.fixed.hot]
+at = { body = "bar", at = "end" }
+temperature = 400
+"""
+
+
+def test_statics_take_steady_temperatures(tmp_path):
+    """Linear from 300 to 400 K: the bar grows by half of what it would at 400 K."""
+    _, results = ran(tmp_path, CASE + HEATED + '[analysis]\nkind = "statics"\n')
+    with results:
+        T = results["bodies/bar/temperature"][-1][:, 0]
+        x = results["bodies/bar/position"][-1][:, 0]
+    assert np.allclose(T, np.linspace(300.0, 400.0, len(T)), rtol=0, atol=1e-8)
+    assert x[-1] - 1.0 == pytest.approx(23.1e-6 * 50.0, rel=2e-3)
+
+
+def test_heat_that_cannot_leave_is_said(tmp_path):
+    source = "[thermal]\ninitial = 300\n[thermal.source.s]\nat = {body='bar'}\npower = 5\n"
+    (tmp_path / "case.toml").write_text(CASE + source + '[analysis]\nkind = "statics"\n')
     result = CliRunner().invoke(app, ["run", str(tmp_path)])
     assert result.exit_code == 2
-    assert "thermal.solver: statics and modes take temperatures that are given" in result.output
+    assert "thermal: there is no steady state" in result.output
 
 
 ARCH = (

@@ -81,11 +81,12 @@ class Sliding:
             heat.Part(side, zero, material, mass, ROOM)
             for side, material, mass in zip(SIDES, self.materials, self.masses, strict=True)
         ]
-        links = [
-            heat.Link("film", journal, bearing, self.film),
-            heat.Link("mount", bearing, lambda t: ROOM, self.outwards),
-        ]
-        return heat.Description((), parts, [link for link in links if link.conductance > 0.0])
+        links = []
+        if self.film > 0.0:
+            links.append(heat.Link("film", journal, bearing, self.film))
+        if self.outwards > 0.0:
+            links.append(heat.Link("mount", bearing, lambda t: ROOM, self.outwards))
+        return heat.Description((), parts, links)
 
     def run(self, scheme: str, end: float, windows: int) -> tuple[Pair, Coupled]:
         """State after ``windows`` windows of a coupling scheme."""
