@@ -57,25 +57,32 @@ def shape(order: int) -> Shape:
     return Shape(order, nodes, WEIGHTS[order][along] * WEIGHTS[order][across], slopes)
 
 
-def values(order: int, points: Array) -> Array:
-    """(p, k) Lagrange functions at points (p, 2) of the unit square."""
-    element = _element(order)
-    functions = [element.lbasis(points.T, i)[0] for i in range(len(element.doflocs))]
-    return np.stack([np.broadcast_to(f, len(points)) for f in functions], axis=1)
-
-
 def _element(order: int):
     from skfem import ElementQuad1, ElementQuad2
 
     return ElementQuad1() if order == 1 else ElementQuad2()
 
 
-def lagrange(order: int, x: Array) -> Array:
-    """(..., order + 1) Lagrange functions of the unit interval at x (...)."""
+def sharing(order: int, points: Array) -> Array:
+    """(p, k) shares of the nodes in what falls on points (p, 2) of the unit square."""
+    steps = shape(order).steps
+    along, across = (side_sharing(order, x) for x in points.T)
+    return along[:, steps[:, 0]] * across[:, steps[:, 1]]
+
+
+def side_sharing(order: int, x: Array) -> Array:
+    """(..., order + 1) shares of nodes in what falls on x (...) of the unit interval.
+
+    At order 1 the hat functions, which are positive. At order 2 their like would bring an error of
+    h^2 between nodes of different weight; in its place come the functions whose integrals with
+    the Lagrange functions are the weights of the nodal quadrature, or zero.
+    """
     if order == 1:
         return np.stack([1.0 - x, x], axis=-1)
+    square = x * x
     return np.stack(
-        [(1.0 - x) * (1.0 - 2.0 * x), 4.0 * x * (1.0 - x), x * (2.0 * x - 1.0)], axis=-1
+        [1.5 - 6.0 * x + 5.0 * square, 10.0 * (x - square) - 1.0, 0.5 - 4.0 * x + 5.0 * square],
+        axis=-1,
     )
 
 

@@ -22,8 +22,8 @@ from thermal.wall_elements import (
     Shape,
     conduct,
     locate,
+    sharing,
     summed,
-    values,
 )
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ class SheetWall:
         points, normals = self._skin(INSIDE, face)
         areas = locate(self.thing.surface, INSIDE).areas * PORTIONS
         corners = self._quads(np.zeros((1, 2), np.intp), np.array([0.0, 1.0]), face)
-        shapes = values(self.form.order, INSIDE)
+        shapes = sharing(self.form.order, INSIDE)
         return [Block(2 * self.cells + _layer(face), shapes, areas, points, normals, corners)]
 
     def absorbing(self, face: str, direction: Array | None) -> Array:

@@ -18,9 +18,9 @@ from thermal.wall_elements import (
     Bonds,
     Shape,
     conduct,
-    lagrange,
+    sharing,
+    side_sharing,
     summed,
-    values,
 )
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ class TubeWall:
         return [
             Block(
                 self.cells,
-                values(self.form.order, INSIDE),
+                sharing(self.form.order, INSIDE),
                 whole[:, None] * PORTIONS,
                 _tiles(points, stations),
                 _tiles(normals, stations),
@@ -195,7 +195,7 @@ def frames(member: Member, at: Array) -> tuple[Array, Array]:
 
 
 def lit(order: int, n: int, phase: Array) -> Array:
-    """Integrals over the circumference of shape functions times max(0, cos(phi - phase)).
+    """Shares of wall points in integrals of max(0, cos(phi - phase)) over the circumference.
 
     The lit half of each of ``n`` elements is integrated by itself.
 
@@ -212,7 +212,7 @@ def lit(order: int, n: int, phase: Array) -> Array:
     high = np.clip(middle + 0.5 * turn, -0.5 * np.pi, 0.5 * np.pi)
     half = 0.5 * (high - low)[..., None]
     x = low[..., None] + half * (1.0 + GAUSS[0])
-    shapes = lagrange(order, (x - middle[..., None]) / turn + 0.5)
+    shapes = side_sharing(order, (x - middle[..., None]) / turn + 0.5)
     parts = np.einsum("mng,mngi->mni", half * GAUSS[1] * np.cos(x), shapes)
     out = np.zeros((len(phase), order * n))
     for i in range(order + 1):
