@@ -212,7 +212,9 @@ def build(scene: Scene) -> Model:
     if problems:
         raise BadCase(str(scene.folder), problems)
     reading = _transfer(scene, motion_solver, heat_solver)
-    around = _surroundings(scene, motion_solver, heat_solver, reading)
+    around = _tried(problems, lambda: _surroundings(scene, motion_solver, heat_solver, reading))
+    if problems:
+        raise BadCase(str(scene.folder), problems)
     pair = Pair(heat_solver, motion_solver, reading, around)
     return Model(scene, pair, plan(scene, motion_solver.system, heat_solver))
 
