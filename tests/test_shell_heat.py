@@ -93,11 +93,13 @@ def test_faces_follow_their_histories_beside_any_solver(name):
     assert sum(flows.values()) == pytest.approx(solver.energy(T) - solver.energy(solver.initial()))
 
 
-def test_heat_of_a_shell_is_that_of_its_mass():
-    solver = build("line", of_sheet(Faces("faces", "skin", HOT, COLD)))
+@pytest.mark.parametrize("name", ["prescribed", "line", "lumped"])
+def test_heat_of_a_shell_is_that_of_its_mass(name):
+    solver = build(name, of_sheet(Faces("faces", "skin", HOT, COLD)))
     _, flows, _ = solver.advance(solver.initial(), 0.0, 8.0, np.zeros(len(solver.x)))
     mass = 2700.0 * 2.0 * np.pi * RADIUS * LENGTH * THICKNESS
-    assert flows["reservoir"] == pytest.approx(mass * 896.0 * 30.0, rel=1e-12)
+    source = "reservoir" if name == "prescribed" else "faces"
+    assert flows[source] == pytest.approx(mass * 896.0 * 30.0, rel=1e-12)
 
 
 def test_the_first_face_is_that_of_the_normal():
@@ -110,7 +112,6 @@ def test_the_first_face_is_that_of_the_normal():
 @pytest.mark.parametrize(
     ("description", "said"),
     [
-        (of_sheet(), "sheet 'skin': no condition gives the temperatures of its faces"),
         (of_sheet(Faces("f", "skim", HOT, COLD)), "faces 'f': there is no sheet 'skim'"),
         (
             of_sheet(Faces("f", "skin", HOT, COLD), Faces("g", "skin", HOT, COLD)),
@@ -133,6 +134,12 @@ def test_senseless_sheets_are_refused(name, description, said):
     with pytest.raises(ValueError) as error:
         build(name, description)
     assert said in str(error.value)
+
+
+def test_prescribed_temperatures_must_cover_a_sheet():
+    said = "sheet 'skin': no condition gives the temperatures of its faces"
+    with pytest.raises(ValueError, match=said):
+        build("prescribed", of_sheet())
 
 
 # ------------------------------------------------------------------------------------- transfer
@@ -277,4 +284,4 @@ def test_plan_says_which_shells_carry_temperatures(tmp_path):
         TUBE.replace("ELEMENT", "shell48").replace("SOLVER", "line")
     )
     result = CliRunner().invoke(app, ["plan", str(tmp_path)])
-    assert "48 temperatures, 2 at each node of a shell (prescribed), 1 × wall" in result.output
+    assert "48 temperatures, 2 at each node of a shell, 1 × wall" in result.output
