@@ -2,11 +2,11 @@
 
 The sun is an evenly bright disc of a given angular radius, so that shadows have penumbras. What
 one body covers of it is exact for the two edges of a tube, as the planes through the point that
-touch its cylinder, and for the ends of a facet; the round ends of tubes are half ellipses. What
-several pieces of one body cover adds up, as they lie side by side (of facets those turned to the
-sun and those turned away from it are two layers, of which the larger counts); different bodies
-are taken as independent, so the visible fractions multiply: exact where one of them covers all or
-nothing.
+touch its cylinder, and for facets; the round ends of tubes are half ellipses, and tubes that
+point nearly to the sun are met by single rays, to one percent. What several pieces of one body
+cover adds up, as they lie side by side (of facets those turned to the sun and those turned away
+from it are two layers, of which the larger counts); different bodies are taken as independent, so
+the visible fractions multiply: exact where one of them covers all or nothing.
 
 To find the few pieces before each point, all are entered into a grid across the rays: the cost
 grows with points and pieces, not with their product. What a point's own body covers close to
@@ -27,6 +27,8 @@ NEAR_TUBE = 4.0  # radii along its axis within which a tube casts no shadow on i
 NEAR_FACET = 1.5  # longest edges within which facets cast none on their own body
 POINT_SUN = 1e-9  # [rad]  least radius of the disc
 CAP_STRIPS = 12  # of the quadrature over the half ellipse at the end of a tube
+STEEP = 10.0  # radii of the disc within which a tube points to the sun, and is met by rays
+RAYS, GOLDEN = 127, pi * (3.0 - sqrt(5.0))  # spiral of Vogel (1979)
 CELLS_PER_PIECE, MOST_CELLS = 4, 4_000_000
 
 
@@ -219,13 +221,25 @@ def _look(
             own = owners[k] == owner[i]
             if k < tubes:
                 gap = max(tube_along[k, 0] - along[i], along[i] - tube_along[k, 1])
-                if not own or gap > NEAR_TUBE * thick[k]:
+                clear = own and gap <= NEAR_TUBE * thick[k]
+                if not clear and not _is_aside(p, corners[k], thick[k], alpha):
                     a, b = tube_free[k]
                     front += _tube(p, facing[i], corners[k], thick[k], a, b, alpha)
             elif not own or not _is_near(p, corners[k]):
                 covered = _facet(p, corners[k], alpha)
                 front, back = front + max(0.0, covered), back + max(0.0, -covered)
         out[i] = seen * (1.0 - min(1.0, max(front, back)))
+
+
+@njit(cache=True)
+def _is_aside(p, c, r, alpha):
+    """Whether the axis of a cylinder passes too far from the ray to touch the disc."""
+    x, y = c[0, 0] - p[0], c[0, 1] - p[1]
+    dx, dy = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1]
+    square = dx * dx + dy * dy
+    s = max(0.0, min(1.0, -(x * dx + y * dy) / square)) if square > 0.0 else 0.0
+    deep = max(c[0, 2], c[1, 2]) - p[2] + r
+    return deep <= 0.0 or hypot(x + s * dx, y + s * dy) > 1.001 * (r + alpha * deep)
 
 
 @njit(cache=True)
@@ -319,20 +333,22 @@ def _tube(p, facing, c, r, free_a, free_b, alpha):
     foot = -(ax * tx + ay * ty + az * tz)
     kx, ky, kz = ax + foot * tx, ay + foot * ty, az + foot * tz
     h = sqrt(kx * kx + ky * ky + kz * kz)
+    across = hypot(tx, ty)
+    if h < r * (1.0 - 1e-9) and 0.0 <= foot <= length:  # inside: where tubes meet
+        return 1.0 if facing else 0.0
+    if across < STEEP * alpha:
+        return _by_rays(ax, ay, az, tx, ty, tz, length, r, free_a, free_b, alpha)
     if h < r * (1.0 - 1e-9):
-        if 0.0 <= foot <= length:  # inside: where tubes meet
-            return 1.0 if facing else 0.0
         return _end_disc(ax, ay, az, tx, ty, tz, length, foot, r, free_a, free_b, alpha)
     if max(az, az + length * tz) <= 0.0:
         return 0.0
-    across = hypot(tx, ty)
     # (t x k) . sun and k . sun, of the unit vector k from p to the axis
     theta = atan2((tx * ky - ty * kx) / h, kz / h)
     beta = asin(min(1.0, r / h))
     low, high = _edge(across, -beta - theta) / alpha, _edge(across, beta - theta) / alpha
     if low >= 1.0 or high <= -1.0:
         return 0.0
-    ex, ey = (tx / across, ty / across) if across > 1e-12 else (1.0, 0.0)
+    ex, ey = tx / across, ty / across
     a, free_a = _end(ax, ay, az, tx, ty, tz, length, ex, ey, free_a, alpha)
     b, free_b = _end(
         ax + length * tx, ay + length * ty, az + length * tz, -tx, -ty, -tz, length,
@@ -372,11 +388,38 @@ def _end_disc(ax, ay, az, tx, ty, tz, length, foot, r, free_a, free_b, alpha):
     if not free or z <= 1e-9 * (abs(x) + abs(y)):
         return 0.0
     across = hypot(tx, ty)
-    ex, ey = (tx / across, ty / across) if across > 1e-12 else (1.0, 0.0)
+    ex, ey = tx / across, ty / across
     along, aside, half = x * ex + y * ey, y * ex - x * ey, r / z
     low, high = (aside / z - half) / alpha, (aside / z + half) / alpha
     along /= alpha * z
     return _cap(along, low, high, abs(tz)) + _cap(-along, low, high, abs(tz))
+
+
+@njit(cache=True)
+def _by_rays(ax, ay, az, tx, ty, tz, length, r, free_a, free_b, alpha):
+    """Fraction of rays, spread evenly over the disc, that enter a cylinder that points to the sun.
+
+    Those that come in from the next piece of the body count there.
+    """
+    foot, entering = -(ax * tx + ay * ty + az * tz), 0
+    ox, oy, oz = -ax - foot * tx, -ay - foot * ty, -az - foot * tz
+    c = ox * ox + oy * oy + oz * oz - r * r
+    for i in range(RAYS):
+        out, turn = alpha * sqrt((i + 0.5) / RAYS), GOLDEN * i
+        dx, dy = out * np.cos(turn), out * np.sin(turn)
+        along = dx * tx + dy * ty + tz
+        px, py, pz = dx - along * tx, dy - along * ty, 1.0 - along * tz
+        a, b = px * px + py * py + pz * pz, px * ox + py * oy + pz * oz
+        near, is_free = (0.0, free_a) if along > 0.0 else (length, free_b)
+        s = (near - foot) / along
+        square = c + (2.0 * b + s * a) * s
+        if s > 0.0 and square <= 0.0:  # through the near end
+            entering += 1 if is_free else 0
+        elif c > 0.0 and b < 0.0 and b * b > a * c:  # through the side
+            s = c / (sqrt(b * b - a * c) - b)
+            if 0.0 <= foot + s * along <= length:
+                entering += 1
+    return entering / RAYS
 
 
 @njit(cache=True)
