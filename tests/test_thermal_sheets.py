@@ -161,6 +161,18 @@ def test_heat_through_the_thickness(order):
         assert flows["lamp"] == pytest.approx(q * 0.5)
 
 
+def test_a_plate_that_cools_by_radiation():
+    """1/T^3 rises evenly; 1 mm of aluminium, one side, whose drop across the plate is 14 mK."""
+    space = Radiation("space", "panel", 0.8, still(0.0), "top")
+    solver = heat(plate(1.0, 0.5, 2, 2), [space], thickness=1e-3, initial=473.15)
+    T, t = solver.initial(), 0.0
+    for end, exact in ((60.0, 427.317046), (600.0, 285.011578), (3600.0, 167.720477)):
+        T, _, why = solver.advance(T, t, end - t, np.zeros_like(T))
+        assert why == ""
+        np.testing.assert_allclose(T, exact, atol=0.03)
+        t = end
+
+
 @pytest.mark.parametrize(("order", "least"), [(1, 1.9), (2, 2.9)])
 def test_steady_flow_in_an_annulus(order, least):
     """T = a + b ln r."""

@@ -338,6 +338,42 @@ def test_steady_flow_along_a_tube_with_a_conductivity_that_varies_is_exact():
                                rtol=1e-9, atol=1e-6)  # fmt: skip
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_nafems_t2_a_bar_that_radiates_from_its_end(order):
+    bar = member(length=0.1, elements=10, wall_points=4, material=plain(55.6, 460.0, 7850.0))
+    conditions = [Fixed("hot", Place("arm", "start"), still(1000.0)),
+                  Radiation("space", "arm", 0.98, still(300.0), "end")]  # fmt: skip
+    solver = WallHeat(Description([bar], conditions=conditions), Settings(order=order))
+    T, _, why = solver.steady(solver.initial(), 0.0)
+    assert why == ""
+    np.testing.assert_allclose(T[solver.space.place(Place("arm", "end")).nodes], 927.004, atol=1e-3)
+
+
+def test_nafems_t3_a_bar_with_an_end_that_swings():
+    bar = member(length=0.1, elements=20, wall_points=4, material=plain(35.0, 440.5, 7200.0),
+                 initial=273.15)  # fmt: skip
+    swing = Fixed("swing", Place("arm", "end"), lambda t: 273.15 + 100.0 * sin(pi * t / 40.0))
+    calm = Fixed("calm", Place("arm", "start"), still(273.15))
+    settings = Settings(order=2, steps=320)
+    solver = WallHeat(Description([bar], conditions=[swing, calm]), settings)
+    T, _, why = solver.advance(solver.initial(), 0.0, 32.0, np.zeros(len(solver.x)))
+    assert why == ""
+    np.testing.assert_allclose(T[np.isclose(solver.x[:, 0], 0.08)] - 273.15, 36.6031, atol=2e-3)
+
+
+def test_a_slab_cooled_by_convection():
+    """Bi = 1 at Fo = 0.5: middle and surface of the half-slab by its Fourier series."""
+    bar = member(length=1.0, elements=20, wall_points=4, material=plain(1.0, 1.0, 1.0), initial=2.0)
+    air = Film("air", "arm", still(1.0), still(1.0), "end")
+    settings = Settings(order=2, steps=400)
+    solver = WallHeat(Description([bar], conditions=[air]), settings)
+    T, _, why = solver.advance(solver.initial(), 0.0, 0.5, np.zeros(len(solver.x)))
+    assert why == ""
+    for end, exact in (("start", 0.77252638), ("end", 0.50452193)):
+        np.testing.assert_allclose(T[solver.space.place(Place("arm", end)).nodes], 1.0 + exact,
+                                   atol=2e-5)  # fmt: skip
+
+
 def error_of_a_fin(order, n, edge):
     """Convection, insulated ends, lit up to ``edge``: T and T' are continuous there."""
     film, q, length = 40.0, 3000.0, 1.0
@@ -505,6 +541,8 @@ def test_what_is_no_wall_is_refused_all_at_once():
     with pytest.raises(ValueError, match="'bar' is not a wall") as caught:
         WallHeat(Description([bar, pipe]))
     assert "'pipe' is not a wall" in str(caught.value)
+    with pytest.raises(ValueError, match="order of walls is 1 or 2, got 3"):
+        WallHeat(Description([member(wall_points=4)]), Settings(order=3))
 
 
 def test_leaving_the_range_of_a_property_is_a_reason():

@@ -35,7 +35,7 @@ from thermal.description import (
 from thermal.discretisation import Block, Discretisation, Face, GivenTemperatures, Mean
 from thermal.heat import Heat
 from thermal.lumps import LumpSpace
-from thermal.wall_elements import Bonds, shape
+from thermal.wall_elements import WEIGHTS, Bonds, shape
 from thermal.wall_sheet import SheetWall
 from thermal.wall_terms import Conducted, Stored
 from thermal.wall_tube import TubeWall
@@ -63,7 +63,7 @@ class WallSpace:
     """Tubes and sheets of a description; see ``thermal.discretisation``."""
 
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
-        _refuse(description)
+        _refuse(description, settings)
         form = shape(settings.order)
         tubes, sheets = description.members, description.sheets
         self._walls: dict[str, TubeWall | SheetWall] = {m.name: TubeWall(m, form) for m in tubes}
@@ -155,7 +155,7 @@ class WallSpace:
 
 
 def _beside_lumps(d: Description, settings: Settings) -> Discretisation:
-    _refuse(d)
+    _refuse(d, settings)
     members, parts, sheets = ({x.name for x in xs} for xs in (d.members, d.parts, d.sheets))
 
     def walls(part: Description) -> Discretisation:
@@ -164,13 +164,15 @@ def _beside_lumps(d: Description, settings: Settings) -> Discretisation:
     return compose(d, [(walls, members), (LumpSpace, parts), (walls, sheets)])
 
 
-def _refuse(d: Description) -> None:
+def _refuse(d: Description, settings: Settings) -> None:
     found = [f"solid '{s.name}' is not a wall; use the solver 'solid'" for s in d.solids]
     found += [
         f"member '{m.name}' is not a wall: it needs the section of a tube, and wall points"
         for m in d.members
         if m.section.kind != "tube" or m.wall_points == 1
     ]
+    if settings.order not in WEIGHTS:
+        found.append(f"the order of walls is 1 or 2, got {settings.order}")
     if found:
         raise ValueError("\n".join(found))
 
