@@ -18,8 +18,8 @@ from thermal.elements import chains, discretise, stations
 from thermal.heat import Heat
 from thermal.layout import given, layout, place_nodes
 from thermal.lumps import LumpSpace
-from thermal.profiles import absorbing_widths, outer_contour, profile, values_at
-from thermal.strips import end_face, lengthwise_face
+from thermal.profiles import absorbing_widths, profile, values_at
+from thermal.strips import CORNERS, end_face, lengthwise_face
 from thermal.terms import add_heat, add_power, count, entries, tangent
 
 Array = NDArray[np.float64]
@@ -139,8 +139,7 @@ def watched(m: Member) -> Array:
     inside = profile(m.wall_points).values
     if m.section.kind == "tube" or m.wall_points == 1:
         return inside
-    outline = outer_contour(m.section, m.wall_points).offsets
-    return np.vstack([inside, values_at(m.section, m.wall_points, outline)])
+    return np.vstack([inside, values_at(m.section, m.wall_points, m.section.outline(CORNERS))])
 
 
 def properties(m: Member) -> list[Property]:

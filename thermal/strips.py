@@ -21,7 +21,7 @@ from thermal.profiles import (
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-CORNERS = 24  # of the polygon that stands for a solid round end section
+CORNERS = 24  # of the polygon that stands for a round section; a multiple of 4
 
 
 def contour(m: Member, face: str, fine: bool) -> Contour:
