@@ -35,8 +35,9 @@ from thermal.calculix_solids import elements, solid_space
 from thermal.check import check
 from thermal.composite import compose
 from thermal.description import DEFAULT, Description, Settings
-from thermal.discretisation import Discretisation, Face
+from thermal.discretisation import Discretisation, Face, GivenTemperatures
 from thermal.heat import NOTHING, Outside
+from thermal.layout import given_nodes
 from thermal.lumps import LumpSpace
 
 Array = NDArray[np.float64]
@@ -56,7 +57,9 @@ class CalculixHeat:
     settings : Settings
         ``steps`` increments of a window are equal; without, CalculiX chooses them such that none
         changes a temperature by more than sqrt(2 tolerance 100 K), whose error of backward Euler
-        is the tolerance if the temperature bends on a scale of 100 K
+        is the tolerance if the temperature bends on a scale of 100 K. CalculiX always stores heat
+        by integrals, but leaves out what couples free to prescribed temperatures; with the capacity
+        "consistent", and of order 2, this is given to it as a load
 
     Attributes
     ----------
@@ -67,12 +70,15 @@ class CalculixHeat:
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         check(description)
         self._program = _program()
-        _refuse(refusals(description))
+        _refuse(refusals(description, settings))
         self.settings = settings
         self.space = _space(description, settings)
         self.x, self.regions = self.space.x, self.space.regions
-        assembled = assemble(description, self.space, elements(description, self.space, settings))
-        self._loads = Loads(description, self.space, assembled)
+        bodies = elements(description, self.space, settings)
+        quadratic = any(e.kind in ("C3D10", "C3D20") for e in bodies)
+        self._couples = settings.capacity == "consistent" or quadratic
+        assembled = assemble(description, self.space, bodies)
+        self._loads = Loads(description, self.space, assembled, self._couples)
         _refuse(self._loads.problems())
         self._boundary = Boundary(description, self.space)
         self.irradiated: Mapping[str, Face] = self._boundary.irradiated
@@ -169,8 +175,21 @@ class CalculixHeat:
             flows += step * through
             received = received + step * (power + self.space.power(field))
         missing = self.space.heat(fields[-1]) - self.space.heat(window.T) - received
-        named = {g.name: float(missing[g.nodes].sum()) for g in self.space.given}
+        named = {
+            g.name: float(missing[g.nodes].sum()) + self._uncounted(g, window)
+            for g in self.space.given
+        }
         return named | dict(zip(self._boundary.names, flows.tolist(), strict=True))
+
+    def _uncounted(self, g: GivenTemperatures, window: Window) -> float:
+        """Heat [J] that free temperatures store as ``g`` changes, and CalculiX did not count."""
+        if self._couples and window.jumps:
+            return 0.0
+        T = window.T.copy()
+        T[g.nodes] = g.at(float(window.moments[0 if self._couples else -1]))
+        more = self.space.heat(T) - self.space.heat(window.T)
+        more[given_nodes(self.space.given)] = 0.0
+        return float(more.sum())
 
     def _unusable(self, T: Array) -> str:
         if T.size and T.min() < 0.0:

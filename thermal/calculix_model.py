@@ -23,6 +23,7 @@ from thermal.description import (
     Part,
     Place,
     Radiation,
+    Settings,
 )
 from thermal.discretisation import Block, Discretisation, Mean
 
@@ -115,9 +116,12 @@ def substance(material: Material) -> Substance:
     return Substance(material.density, table(material.heat_capacity), tables)
 
 
-def refusals(d: Description) -> list[str]:
+def refusals(d: Description, settings: Settings) -> list[str]:
     """One sentence for each thing that CalculiX cannot express."""
-    found = [
+    found = []
+    if settings.capacity == "lumped":
+        found.append("capacity: CalculiX stores heat by integrals, not at nodes")
+    found += [
         f"radiation '{c.name}': its emissivity depends on temperature; CalculiX takes a constant"
         for c in d.conditions
         if isinstance(c, Radiation) and not isinstance(c.emissivity, float | int)
