@@ -129,6 +129,14 @@ class _Within(NamedTuple):
     def accuracy(self) -> float:
         return self.solver.linear.accuracy
 
+    @property
+    def refresh(self) -> float:
+        return self.solver.linear.refresh
+
+    @property
+    def trouble(self) -> str:
+        return self.solver.linear.trouble
+
     def given_at(self, t: float) -> tuple[Indices, Array]:
         return self.solver.given_at(t)
 

@@ -19,7 +19,6 @@ Solve = Callable[[Array], Array]
 ITERATIONS = 20
 ROUND_OFF = 3e-16  # change of temperature, relative, at which Newton's method has ended
 FLOOR = 1e-10  # below it a change that no longer shrinks is round-off too
-REFRESH = 1e-4  # a slower contraction asks for a new tangent
 
 
 class System(Protocol):
@@ -33,6 +32,16 @@ class System(Protocol):
     @property
     def accuracy(self) -> float:
         """Relative change of temperature at which Newton's method may end; 0: at round-off."""
+        ...
+
+    @property
+    def refresh(self) -> float:
+        """A slower contraction of Newton's method asks for a new tangent."""
+        ...
+
+    @property
+    def trouble(self) -> str:
+        """Why the last linear system has no solution, of which x = nan; or ""."""
         ...
 
     def given_at(self, t: float) -> tuple[Indices, Array]:
@@ -105,7 +114,8 @@ def balance(system: System, end: Point, given: Array) -> Array:
 
 def damped(solve: Solve, system: System, defect: Array) -> float:
     """Largest error [K] of a defect [J], damped by the tangent as Hosea & Shampine (1996) do."""
-    return float(np.abs(solve(defect[system.free])).max(initial=0.0))
+    error = float(np.abs(solve(defect[system.free])).max(initial=0.0))
+    return error if isfinite(error) else inf
 
 
 def stage(
@@ -125,7 +135,7 @@ def stage(
         residual = (point.heat - base - tau * point.power)[system.free]
         if not np.isfinite(residual).all():
             break
-        if solve is None or contraction > REFRESH:
+        if solve is None or contraction > system.refresh:
             solve = system.factorise(T, t, tau)
         change = solve(residual)
         size = float(np.abs(change).max(initial=0.0) / max(1.0, np.abs(T).max()))
@@ -136,7 +146,8 @@ def stage(
         T[system.free] -= change
         contraction, previous = size / previous, size
     owner = system.owner(int(system.free[worst])) if len(system.free) else "a boundary"
-    return Stage(point, None, f"t = {t:g} s: the heat balance of {owner} did not converge")
+    why = system.trouble or f"the heat balance of {owner} did not converge"
+    return Stage(point, None, f"t = {t:g} s: {why}")
 
 
 def start(system: System, T: Array, t: float, source: Array) -> Point:
