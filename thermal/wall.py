@@ -84,7 +84,10 @@ class WallSpace:
         return self._moved(side, self._walls[side.thing].face(side.face))
 
     def irradiated(self, side: Side) -> Face:
-        """Elements with several points each, so that the edge of a shadow falls between them."""
+        """Elements with several points each, so that the edge of a shadow falls between them.
+
+        The values at the points are shares of the nodes, see ``side_sharing``.
+        """
         return self._moved(side, self._walls[side.thing].irradiated(side.face))
 
     def absorbing(self, side: Side, direction: Array | None) -> Array:

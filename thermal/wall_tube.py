@@ -32,7 +32,9 @@ GAUSS = np.polynomial.legendre.leggauss(8)
 class TubeWall:
     """Elements between the stations and wall points of a tube; see ``thermal.wall``.
 
-    Nodes are the wall points of the member, at order 2 of one with twice as many elements.
+    Nodes are the wall points of the member, at order 2 of one with twice as many elements both
+    ways. Lines of the same wall point run straight along the member: axes that turn about it
+    between stations, and bends, leave the developed rectangle as it is.
 
     x : (m, 3) float [m]
     named : (k,) intp  the wall points of the member among them
