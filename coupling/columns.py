@@ -110,6 +110,11 @@ STANDARD: dict[str, dict[str, Column]] = {
         "quads": Column("", "nodes at the corners of each element of a shell", np.int64),
         "sizes": Column("m", "what each element spans of the parameters u and v"),
     },
+    "skins": {
+        "corners": Column("m", "of each facet, in the present pose"),
+        "temperature": Column("K", "of each facet"),
+        "light": Column("W/m^2", "absorbed by each facet: sun, reflected sun, planet"),
+    },
     "frames": {"time": Column("s", "time of the frame")},
 }
 """The first part of a group's name leads to its columns."""

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from coupling import environment_tables
-from coupling.heat_descriptions import LIGHT, heat_description, side_of
+from coupling.heat_descriptions import LIGHT, heat_description, region_of, side_of
 from coupling.scene import Scene
+from thermal.description import Side
 from thermal.illumination import Attitude, Coating, Environment, quaternions
 from thermal.orbit import (
     GEOSTATIONARY,
@@ -48,7 +49,15 @@ def exposure(scene: Scene, heat_solver: Any, layout: Any) -> Any:
         heat_solver.irradiated,
         heat_description(scene),
         layout,
+        _shading(scene, heat_solver),
     )
+
+
+def _shading(scene: Scene, heat_solver: Any) -> dict[str, Any]:
+    """Faces of solids, which cast shadows besides beams and shells."""
+    assert scene.thermal is not None
+    names = (region_of(name, solid) for name, solid in scene.thermal.solid.items())
+    return {name: heat_solver.space.face(Side(name)) for name in names}
 
 
 def _orbit(table: environment_tables.OrbitTable, radius: float) -> Orbit:

@@ -26,7 +26,7 @@ def export(results_path: Path | str, format: str = "pvd") -> list[Path]:
 
     ``run.pvd`` opens in ParaView as a time series of two blocks: the surfaces of all bodies
     and, when there are joints with clearance, two points for each of their contacts, the centres
-    of journal and bearing there.
+    of journal and bearing there; where skins were recorded, their facets are a third.
     """
     if format not in FORMATS:
         raise ValueError(f"format '{format}': expected one of {', '.join(FORMATS)}")
@@ -43,12 +43,30 @@ def _write_pvd(results: Results) -> list[Path]:
     folder.mkdir(exist_ok=True)
     joints = _Joints(results, bodies)
     files = [(frame, 0, _write_bodies(folder, bodies, frame)) for frame in range(len(times))]
+    if results.names("skins"):
+        files += [(frame, 2, _write_skins(folder, results, frame)) for frame in range(len(times))]
     if joints.places:
         files += [(frame, 1, joints.write(folder, frame, time)) for frame, time in enumerate(times)]
     _remove_others(folder, {path for _, _, path in files})
     index = results.path.with_name("run.pvd")
     index.write_text(_index(times, files), encoding="utf-8")
     return [index, *(path for _, _, path in files)]
+
+
+def _write_skins(folder: Path, results: Results, frame: int) -> Path:
+    """Facets of heated faces with their temperature [K] and the light that they absorb [W/m^2]."""
+    tables = [results.table(f"skins/{name}") for name in results.names("skins")]
+    corners = np.concatenate([table["corners"][frame] for table in tables])
+    fields = {}
+    for name in ("temperature", "light"):
+        none = [np.full(len(table["corners"][frame]), np.nan) for table in tables]
+        pairs = zip(tables, none, strict=True)
+        values = np.concatenate([t[name][frame] if name in t else n for t, n in pairs])
+        if not np.isnan(values).all():
+            fields[name] = [values]
+    cells = [("quad", np.arange(4 * len(corners)).reshape(-1, 4))]
+    mesh = meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=fields)
+    return _write(mesh, folder / f"skins_{frame:05d}.vtu")
 
 
 def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
@@ -147,13 +165,13 @@ def _write(mesh: meshio.Mesh, path: Path) -> Path:
 
 def _remove_others(folder: Path, kept: set[Path]) -> None:
     """Delete files of an earlier export that had more frames."""
-    for pattern in ("bodies_*.vtu", "joints_*.vtu"):
+    for pattern in ("bodies_*.vtu", "joints_*.vtu", "skins_*.vtu"):
         for path in set(folder.glob(pattern)) - kept:
             path.unlink()
 
 
 def _index(times: Array, files: list[tuple[int, int, Path]]) -> str:
-    names = ("bodies", "joints")
+    names = ("bodies", "joints", "skins")
     entries = [
         f'    <DataSet timestep="{float(times[frame])!r}" part="{part}" name="{names[part]}" '
         f"file={quoteattr(f'{FOLDER}/{path.name}')}/>"

@@ -87,7 +87,7 @@ class Exposure:
         for c in coatings:
             face = irradiated[c.condition]
             points, normals = _flat(face, lambda b: b.points), _flat(face, lambda b: b.normals)
-            frames = _carry(layout, c.body, points)
+            frames = carried_by(layout, c.body, points)
             self._faces.append(Carried(frames, self._coordinates(None), points, normals))
             along.append(frames.along if isinstance(frames, LineFrames) else np.zeros(len(points)))
         self._along = np.concatenate(along)
@@ -142,7 +142,7 @@ def _check(
         raise ValueError("\n".join(wrong))
 
 
-def _carry(layout: Layout | None, body: str, points: Array) -> Frames:
+def carried_by(layout: Layout | None, body: str, points: Array) -> Frames:
     """What carries points of a thermal body; sides of joints go with the nearest body."""
     if layout is None or not (body in layout.bodies or body in layout.point_index):
         return still(len(points))
@@ -270,7 +270,7 @@ def _skins(description: Description, layout: Layout | None) -> dict[str, _Skin]:
 
 def _polygons(layout: Layout | None, name: str, face: Face) -> _Skin:
     points = _flat(face, lambda block: block.polygons)
-    frames = _carry(layout, name, points)
+    frames = carried_by(layout, name, points)
     carried = Carried(frames, np.empty(0) if layout is None else layout.q0, points, 0.0 * points)
     corners, first = [np.empty((0, 3), np.intp)], 0
     for block in face:

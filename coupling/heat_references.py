@@ -30,11 +30,26 @@ ENDS = {"line": ("start", "end"), "shell": ("top", "bottom")}
 def check_heat(draft: Draft) -> list[Problem]:
     """Everything that does not fit under [thermal]."""
     if "thermal" not in draft.raw:
-        return []
-    found = [*_solver(draft), *_on_bodies(draft), *_on_faces(draft), *_parts(draft)]
+        return [Problem("output.skins", "there is no [thermal]")] if _skins(draft) else []
+    found = [*_skin_names(draft)]
+    found += [*_solver(draft), *_on_bodies(draft), *_on_faces(draft), *_parts(draft)]
     found += [*_solids(draft), *_fields(draft), *_places(draft), *_walls(draft)]
     found += [*_contacts(draft), *_elastic(draft), *_environment(draft)]
     return [*found, *_given_twice(draft), *_coverage(draft)]
+
+
+def _skins(draft: Draft) -> list[str]:
+    output = draft.valid.get(("output",))
+    return [] if output is None else output.skins
+
+
+def _skin_names(draft: Draft) -> Iterator[Problem]:
+    solids = draft.names("thermal", "solid")
+    for i, name in enumerate(_skins(draft)):
+        if name not in solids and _kind(draft, name) is None:
+            flexible = [n for n in draft.named("body") if _kind(draft, n)]
+            text = unknown("flexible body or solid", name, [*flexible, *solids])
+            yield Problem(f"output.skins[{i}]", text)
 
 
 def _solver(draft: Draft) -> Iterator[Problem]:

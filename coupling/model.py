@@ -135,6 +135,19 @@ class Model:
         """Elements of the shells."""
         return observables.surfaces(self.layout)
 
+    @cached_property
+    def _skins(self) -> Sequence[Any]:
+        if not self.scene.output.skins:
+            return ()
+        from coupling.skins import skins
+
+        return skins(self.scene, self.pair.heat_solver, self.layout)
+
+    def skins(self, state: Coupled) -> dict[str, dict[str, Array]]:
+        """Corners, temperature and light of the faces that are recorded."""
+        q = state.motion.motion.q
+        return {skin.name: skin.row(state.T, state.outside, q) for skin in self._skins}
+
     # -- contacts ------------------------------------------------------------------------------
 
     @cached_property

@@ -96,6 +96,8 @@ class Recording:
         self.recorder.append("frames", {"time": state.motion.motion.t})
         for name, row in self.model.bodies(state).items():
             self.recorder.append(f"bodies/{name}", row)
+        for name, row in self.model.skins(state).items():
+            self.recorder.append(f"skins/{name}", row)
 
     def _state(self, state: Coupled, tick: int, size: int) -> None:
         self.recorder.state({"coupled": state, "tick": tick, "size": size})

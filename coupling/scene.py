@@ -167,6 +167,11 @@ class Output(Table):
     export: list[Literal["vtk", "pictures"]] = Field(
         default_factory=list, description="what is written after the run"
     )
+    skins: list[str] = Field(
+        default_factory=list,
+        description="names of bodies and solids whose faces are recorded with their temperature "
+        "and the light that they absorb",
+    )
 
 
 class Scene(BaseModel):
