@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
-from heat_cases import plain, still
+from heat_cases import member, plain, still
 
+from meshes.sections import tube
 from thermal.boundary import Moment
-from thermal.description import Description, Enclosure, Fixed, Part, Place, Side
+from thermal.description import Description, Enclosure, Fixed, Flux, Part, Place, Radiation, Side
 from thermal.discretisation import Block
 from thermal.enclosure import enclosure, problems
 from thermal.heat import Heat
 from thermal.lumps import LumpSpace
+from thermal.solvers import build
 
 SIGMA = 5.670374419e-8
 NOW = Moment(0.0, {})
@@ -191,6 +193,70 @@ def test_two_lumps_come_to_their_common_temperature_and_keep_their_heat():
     np.testing.assert_allclose(T, 500.0, rtol=1e-9)
 
 
+# ----------------------------------------------------------------------- facets seeing facets
+
+
+def plate(n, z, up, first, size=1.0):
+    """A face of n x n squares, one temperature each; polygons turn about the normal."""
+    s = size * (np.arange(n) / n - 0.5)
+    low = np.stack(np.meshgrid(s, s, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    flat = low + size / n * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])[:: 1 if up else -1]
+    corners = np.concatenate([flat, np.full((n * n, 4, 1), z)], axis=2)
+    normals = np.tile([0.0, 0.0, 1.0 if up else -1.0], (n * n, 1, 1))
+    areas = np.full((n * n, 1), (size / n) ** 2)
+    dofs = first + np.arange(n * n)[:, None]
+    return [Block(dofs, np.ones((1, 1)), areas, corners.mean(1)[:, None], normals, corners)]
+
+
+def facing(n, gap, emissivities, sink=None):
+    sides = [Side("low", "top"), Side("high", "bottom")]
+    faces = [plate(n, 0.0, True, 0), plate(n, gap, False, n * n)]
+    return enclosure(Enclosure("gap", sides, emissivities, None, sink), faces)
+
+
+def test_black_squares_one_apart_and_the_sink():
+    """F = 0.199825 of equal opposite squares one apart (Howell C-11); the rest goes to the sink."""
+    n = 3
+    term = facing(n, 1.0, [1.0, 1.0], still(150.0))
+    T = np.repeat([400.0, 300.0], n * n)
+    out, flow = power(term, T)
+    factor, e = 0.19982489569838744, SIGMA * np.array([400.0, 300.0, 150.0]) ** 4
+    low = factor * (e[1] - e[0]) + (1 - factor) * (e[2] - e[0])
+    high = factor * (e[0] - e[1]) + (1 - factor) * (e[2] - e[1])
+    assert out[: n * n].sum() == pytest.approx(low, rel=1e-8)
+    assert out[n * n :].sum() == pytest.approx(high, rel=1e-8)
+    assert flow == pytest.approx(low + high, rel=1e-8)
+    assert_tangent(facing(2, 1.0, [0.7, 0.2]), np.linspace(250.0, 350.0, 8))
+
+
+def test_close_plates_are_grey_plates():
+    term = facing(4, 1e-4, [0.8, 0.5])
+    out, _ = power(term, np.repeat([400.0, 300.0], 16))
+    assert out[16:].sum() == pytest.approx(441.029121, rel=1e-3)
+
+
+def test_many_facets_without_the_coupling_in_the_tangent():
+    """1152 facets: a step of Newton's method knows own emission only, and ends where it must."""
+    n = 24
+    term = facing(n, 0.2, [0.8, 0.5], still(200.0))
+    assert not term.coupled
+    area, heat_capacity, h = (1.0 / n) ** 2, 4838.0, 60.0  # 2 mm of aluminium
+    start, changes = np.repeat([400.0, 300.0], n * n), []
+    T = start.copy()
+    for _ in range(12):
+        residual = area * heat_capacity * (T - start) - h * power(term, T)[0]
+        rows, columns = term.entries()
+        np.testing.assert_array_equal(rows, columns)
+        slopes = np.bincount(rows, term.slopes(T, NOW), len(T))
+        change = residual / (area * heat_capacity + h * slopes)
+        changes.append(np.abs(change).max())
+        T -= change
+    assert changes[-1] < 1e-11
+    assert changes[4] / changes[3] < 0.1
+    stored = area * heat_capacity * (T - start).sum()
+    assert stored == pytest.approx(h * power(term, T)[1], rel=1e-12)
+
+
 # ------------------------------------------------------------------------- inside of long tubes
 
 
@@ -259,3 +325,27 @@ def test_a_member_without_profile_has_nothing_to_exchange():
     term = inner(0.5, [face])
     np.testing.assert_array_equal(power(term, [300.0])[0], 0.0)
     assert term.slopes(np.array([300.0]), NOW).size == term.entries()[0].size == 0
+
+
+@pytest.mark.parametrize("name", ["line", "wall"])
+def test_a_sunlit_tube_is_smoothed_by_exchange_inside(name):
+    """Small harmonic q cos(phi): dT (k t/R^2 + h e_out + h e_in (4/(4 - e_in))) = q e1, linearised.
+
+    The inside loses e (1 - l)/(1 - (1 - e) l) with l = -1/3 of what it emits: 4 e/(4 - e).
+    """
+    radius, thickness, q, e_in, e_out, n = 0.5, 5e-5, 1.0, 0.6, 0.8, 24
+    phi = 2 * np.pi / n * np.arange(n)
+    skin = member("boom", 5.0, 2, n, tube(radius, thickness), plain(), 300.0)
+    conditions = (
+        Flux("sun", "boom", still(q), np.array([0.0, -1.0, 0.0])),
+        Radiation("space", "boom", e_out, still(300.0)),
+        Enclosure("inside", [Side("boom", "inner")], [e_in]),
+    )
+    solver = build(name, Description((skin,), conditions=conditions))
+    T, flows, why = solver.steady(solver.initial(), 0.0)
+    assert why == ""
+    assert flows["inside"] == 0.0
+    h, outer, inner_radius = 4 * SIGMA * 300.0**3, radius + thickness / 2, radius - thickness / 2
+    lost = 167.0 * thickness / radius + h * (e_out * outer + 4 * e_in / (4 - e_in) * inner_radius)
+    wave = 2 / n * (T[solver.regions["boom"]][:n] - 300.0) @ np.cos(phi)
+    assert wave == pytest.approx(0.5 * q * outer / lost, rel=1e-2)

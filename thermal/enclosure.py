@@ -30,7 +30,7 @@ Indices = NDArray[np.intp]
 
 RECIPROCITY = 1e-3  # allowed defect of A_i F_ij = A_j F_ji, over the smaller area
 ROUNDING = 1e-6  # by which a row of given view factors may exceed one
-CLOSED = 2e-3  # an enclosure whose computed rows lack no more than this has no openings
+CLOSED = 5e-3  # an enclosure whose computed rows lack no more than this has no openings
 COUPLED = 1000  # temperatures up to which the tangent knows who exchanges with whom
 
 

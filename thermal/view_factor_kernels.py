@@ -181,20 +181,24 @@ def _point(corners, areas, u, v, out):
 
 
 @njit(cache=True)
-def _hit(a, b, corners, n, plane):
-    """Whether the ray from a to b passes through a convex polygon."""
-    before, after = _height(plane, a), _height(plane, b)
+def _hit(a, b, k, corners, counts, planes):
+    """Whether the ray from a to b passes through polygon k."""
+    nx, ny, nz = planes[k, 0], planes[k, 1], planes[k, 2]
+    before = nx * a[0] + ny * a[1] + nz * a[2] - planes[k, 3]
+    after = nx * b[0] + ny * b[1] + nz * b[2] - planes[k, 3]
     if before * after >= 0.0:
         return False
     s = before / (before - after)
     x, y, z = a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])
-    for i in range(n):
-        p, q = corners[i], corners[(i + 1) % n]
-        ex, ey, ez = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        rx, ry, rz = x - p[0], y - p[1], z - p[2]
-        turn = plane[0] * (ey * rz - ez * ry) + plane[1] * (ez * rx - ex * rz)
-        if turn + plane[2] * (ex * ry - ey * rx) < 0.0:
+    last = counts[k] - 1
+    px, py, pz = corners[k, last, 0], corners[k, last, 1], corners[k, last, 2]
+    for i in range(counts[k]):
+        qx, qy, qz = corners[k, i, 0], corners[k, i, 1], corners[k, i, 2]
+        ex, ey, ez, rx, ry, rz = qx - px, qy - py, qz - pz, x - px, y - py, z - pz
+        turn = nx * (ey * rz - ez * ry) + ny * (ez * rx - ex * rz) + nz * (ex * ry - ey * rx)
+        if turn < 0.0:
             return False
+        px, py, pz = qx, qy, qz
     return True
 
 
@@ -203,7 +207,7 @@ def _clear(a, b, blockers, m, corners, counts, planes):
     """Whether none is hit; the one that is goes to the front, as the next ray may hit it too."""
     for k in range(m):
         which = blockers[k]
-        if _hit(a, b, corners[which], counts[which], planes[which]):
+        if _hit(a, b, which, corners, counts, planes):
             blockers[k], blockers[0] = blockers[0], which
             return False
     return True

@@ -2,9 +2,10 @@
 
 Facets that see one another freely have exact values but for the tolerance of the integration (see
 ``thermal.view_factor_kernels``). Where others may come between, the free value is multiplied by
-the share of rays that pass, which errs by about one part in the square root of their number of
-the pair. Pairs cost some 5 us each, those partly hidden more by the number of rays; who may come
-between whom is looked up for all triples of facets, at about 1 ns each.
+the share of rays that pass, which errs by up to one part in the square root of their number of
+the pair (and more of facets that are long against their distance: divide these), less in sums of
+many. A pair costs some 3 us, one partly hidden 30 us; who may come between whom is looked up for
+all triples of facets, about 1 ns each.
 """
 
 from collections.abc import Sequence
@@ -106,6 +107,7 @@ def arc_factors(widths: Array) -> Array:
 
 
 def _facets(polygons: Sequence[Array]) -> Facets:
+    _require_areas(polygons)
     pieces: list[Array] = []
     owners: list[int] = []
     for i, polygon in enumerate(polygons):
@@ -117,7 +119,6 @@ def _facets(polygons: Sequence[Array]) -> Facets:
     vectors = np.array([_vector_area(p) for p in pieces])
     areas = np.linalg.norm(vectors, axis=1)
     centres = np.array([p.mean(0) for p in pieces])
-    _require_areas(areas, corners, owners)
     normals = vectors / areas[:, None]
     return Facets(
         corners,
@@ -150,9 +151,9 @@ def _vector_area(corners: Array) -> Array:
     return 0.5 * np.cross(arms[:-1], arms[1:]).sum(0)
 
 
-def _require_areas(areas: Array, corners: Array, owners: Sequence[int]) -> None:
-    extents = np.ptp(corners, axis=1).max(1)
-    empty = np.flatnonzero(~(areas > 1e-12 * extents**2))
+def _require_areas(polygons: Sequence[Array]) -> None:
+    extents = np.array([np.ptp(np.asarray(p, float), axis=0).max() for p in polygons])
+    empty = np.flatnonzero(~(polygon_areas(polygons) > 1e-12 * extents**2))
     if len(empty):
-        which = ", ".join(str(owners[k]) for k in empty[:5])
+        which = ", ".join(str(k) for k in empty[:5])
         raise ValueError(f"view factors: {len(empty)} facets have no area, among them {which}")
