@@ -378,8 +378,8 @@ def compare_thermal(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="What the others are compared with; without: wall, or the one with most "
-            "temperatures.",
+            help="What the others are compared with; without: wall with four times the stations "
+            "and wall points.",
         ),
     ] = None,
     output: Annotated[

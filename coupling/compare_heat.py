@@ -22,7 +22,9 @@ from coupling.scene import Scene
 Array = NDArray[np.float64]
 
 REFERENCE = "wall"
-"""What the others are compared with, if it ran; otherwise the run of most temperatures."""
+FINER = 4
+"""The solver the others are compared with, with so many times the stations and wall points and a
+hundredth of the tolerance; if it refuses, the run of most temperatures."""
 COLUMNS = (
     "solver", "temperatures", "steps", "start [s]", "run [s]", "mean: largest [K]",
     "average [K]", "gradient: largest [K/m]", "average [K/m]",
@@ -75,12 +77,19 @@ def compare(
 ) -> list[Row]:
     """Run the heat of a scene under several solvers; None: all there are.
 
+    Parameters
+    ----------
+    reference : solver that the others are compared with; None: a finer run of ``REFERENCE``
+
     Raises
     ------
     BadCase : the scene has no heat, there is no such solver, or the reference did not run
     """
     names = _chosen(scene, solvers, reference)
     runs = [_told(_run(scene, name), console) for name in names]
+    if reference is None:
+        finer = _told(_run(_finer(scene), REFERENCE, f"{REFERENCE}, finer"), console)
+        runs += [] if finer.why else [finer]
     done = [run for run in runs if not run.why]
     if not done:
         reasons = [Problem(run.solver, run.why) for run in runs]
@@ -123,7 +132,7 @@ def _chosen(scene: Scene, solvers: Sequence[str] | None, reference: str | None) 
 def _reference(scene: Scene, done: Sequence[Run], name: str | None) -> Run:
     by_name = {run.solver: run for run in done}
     if name is None:
-        return by_name.get(REFERENCE) or max(done, key=lambda run: run.temperatures)
+        return by_name.get(f"{REFERENCE}, finer") or max(done, key=lambda run: run.temperatures)
     if name not in by_name:
         text = f"the reference '{name}' did not run"
         raise BadCase(str(scene.folder), [Problem("", text)])
@@ -140,20 +149,34 @@ def _told(run: Run, console: Console | None) -> Run:
 # ------------------------------------------------------------------------------------- runs
 
 
-def _run(scene: Scene, name: str) -> Run:
-    """The heat under one solver, or why not."""
+def _finer(scene: Scene) -> Scene:
+    """The same scene with more temperatures and smaller errors in time."""
+    own = scene.thermal
+    assert own is not None
+    around = own.wall_points if own.wall_points == 1 else min(360, FINER * own.wall_points)
+    change = {
+        "wall_points": around,
+        "refine": min(1000, FINER * own.refine),
+        "tolerance": 0.01 * own.tolerance,
+        "steps": None if own.steps is None else FINER**2 * own.steps,
+    }
+    return scene.model_copy(update={"thermal": own.model_copy(update=change)})
+
+
+def _run(scene: Scene, name: str, label: str = "") -> Run:
+    """The heat under one solver, or why not; ``label`` stands for its name in the table."""
     begun = perf_counter()
     assert scene.thermal is not None
     own = scene.thermal.model_copy(update={"solver": name})
     try:
         model = build(scene.model_copy(update={"thermal": own}))
     except BadCase as error:
-        return Run(name, "\n".join(problem.text for problem in error.problems))
+        return Run(label or name, "\n".join(problem.text for problem in error.problems))
     solver: Any = model.pair.heat_solver
     outside = _outside(model)
     solver.advance(solver.initial(), 0.0, model.window, np.zeros(len(solver.x)), *outside(0))
     start = perf_counter() - begun
-    return _windows(model, name, outside)._replace(start=start)
+    return _windows(model, label or name, outside)._replace(start=start)
 
 
 def _windows(model: Model, name: str, outside: Callable[[int], tuple[Any, ...]]) -> Run:
