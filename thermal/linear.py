@@ -21,7 +21,8 @@ WORK = 2e9
 class Linear(Protocol):
     """Solver of systems whose matrix has entries at fixed rows and columns.
 
-    accuracy : float  relative change at which Newton's method may end; 0: at round-off
+    accuracy : float  relative change of temperature that may be the last; 0: Newton's method ends
+        at round-off
     refresh : float  a slower contraction of Newton's method asks for a new tangent
     trouble : str  why the last system has no solution, of which x = nan; or ""
     """

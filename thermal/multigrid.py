@@ -20,7 +20,7 @@ from thermal.compressed import Array, Compressed, Indices
 
 Operator = Callable[[Array], Array]
 
-REDUCTION = 1e-4  # of the error, by one solve
+REDUCTION = 1e-3  # of the error, by one solve
 HONEST = 10.0  # times that: what the residual over the diagonal may leave
 ITERATIONS = 150  # of one solve
 SURPLUS = 15  # iterations beyond those of a fresh hierarchy that a new one is worth
@@ -37,7 +37,7 @@ class Multigrid:
     fallen_back : bool  multigrid did not converge; systems are solved directly
     """
 
-    accuracy = 1e-9
+    accuracy = 1e-8
     refresh = 0.02
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:

@@ -31,7 +31,7 @@ assert PETSc.ScalarType().dtype == float and PETSc.IntType().itemsize == 4
 """
 MEMORY = "/dev/shm"
 SERVER = Path(__file__).parent / "petsc_server.py"
-REDUCTION = 1e-4  # of the error, by one solve
+REDUCTION = 1e-3  # of the error, by one solve
 ITERATIONS = 200  # of one solve
 PATIENCE = 1800.0  # [s] for an answer
 
@@ -45,7 +45,7 @@ class Petsc:
     iterations : int  of the last solve
     """
 
-    accuracy = 1e-9
+    accuracy = 1e-8
     refresh = 0.02
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:

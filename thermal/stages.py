@@ -31,7 +31,7 @@ class System(Protocol):
 
     @property
     def accuracy(self) -> float:
-        """Relative change of temperature at which Newton's method may end; 0: at round-off."""
+        """Relative change of temperature that may be the last; 0: Newton ends at round-off."""
         ...
 
     @property
@@ -139,11 +139,14 @@ def stage(
             solve = system.factorise(T, t, tau)
         change = solve(residual)
         size = float(np.abs(change).max(initial=0.0) / max(1.0, np.abs(T).max()))
-        if size <= max(ROUND_OFF, system.accuracy) or 0.1 * previous < size <= FLOOR:
+        if size <= ROUND_OFF or 0.1 * previous < size <= FLOOR:
             return Stage(point, solve, fault(system, point, t))
         worst = int(np.abs(change).argmax())
         T = T.copy()
         T[system.free] -= change
+        if size <= system.accuracy:
+            point = evaluate(system, T, t, source)
+            return Stage(point, solve, fault(system, point, t))
         contraction, previous = size / previous, size
     owner = system.owner(int(system.free[worst])) if len(system.free) else "a boundary"
     why = system.trouble or f"the heat balance of {owner} did not converge"
