@@ -190,7 +190,7 @@ def _windows(model: Model, name: str, outside: Callable[[int], tuple[Any, ...]])
         T, _, why = solver.advance(T, i * model.window, model.window, nothing, *given)
         seconds += perf_counter() - begun
         if why:
-            why = f"stopped at t = {i * model.window:g} s: {why}"
+            why = f"stopped in the window from {i * model.window:g} s on: {why}"
             break
         steps += getattr(solver, "taken", 1)
         sections.append(model.pair.transfer.read(T))
