@@ -39,6 +39,7 @@ from thermal.line import LineHeat
 from thermal.lump_faces import absorbing_arcs
 from thermal.lumped import LumpedHeat, NetworkSpace
 from thermal.network import cell_lengths
+from thermal.wall import WallHeat
 
 
 def run(solver, end, windows=1, T=None):
@@ -558,3 +559,43 @@ def test_solids_are_refused_with_a_sentence():
     mesh = Mesh(np.vstack([np.zeros(3), np.eye(3)]), {"tetra": np.array([[0, 1, 2, 3]])})
     with pytest.raises(ValueError, match="the lumped solver has no lumps for solids: 'block'"):
         LumpedHeat(Description(solids=(Solid("block", mesh, {"": plain()}, 300.0),)))
+
+
+def lit_shell(n):
+    """A panel of a cylinder, of varying and directed properties, lit, radiating and cooled."""
+    material = replace(varying(), conductivity_around=DIRECTED.conductivity_around)
+    surface = surfaces.tube(0.5, 0.8, n, n // 2, (0.0, 2.0))
+    skin = Sheet("skin", surface, 0.01, material, 300.0)
+    conditions = (
+        Flux("sun", "skin", still(8000.0), np.array([-1.0, -0.5, 0.1]), "top"),
+        Radiation("space", "skin", 0.9, still(4.0), "top"),
+        Film("air", "skin", still(20.0), still(280.0), "bottom"),
+    )
+    return Description(sheets=(skin,), conditions=conditions)
+
+
+def lit_tube(n):
+    arm = member("arm", 0.5, 2 * n, n, material=varying())
+    conditions = (
+        Flux("sun", "arm", still(4000.0), np.array([0.3, -1.0, 0.4])),
+        Radiation("space", "arm", 0.8, still(4.0)),
+        Film("bore", "arm", still(10.0), still(320.0), "inner"),
+        Film("tip", "arm", still(100.0), still(250.0), "end"),
+        Fixed("root", Place("arm", "start"), still(300.0)),
+    )
+    return Description((arm,), conditions=conditions)
+
+
+@pytest.mark.parametrize("make", [lit_shell, lit_tube])
+@pytest.mark.parametrize("end", [pytest.param(200.0, marks=pytest.mark.slow), None])
+def test_network_and_walls_of_second_order_meet_as_the_mesh_is_refined(make, end):
+    gaps = []
+    for n in (8, 16, 32):
+        reference = WallHeat(make(n), Settings(1e-3, order=2))
+        net = LumpedHeat(make(n), Settings(1e-3))
+        a, b = (
+            run(s, end) if end else s.steady(s.initial(), 0.0)[0] for s in (reference, net)
+        )  # fmt: skip
+        gaps.append(np.abs(a[: len(b)] - b).max())
+    assert (orders(gaps) > 1.6).all()
+    assert gaps[-1] < 0.3

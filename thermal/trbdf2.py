@@ -13,7 +13,7 @@ import numpy as np
 
 from thermal.description import Settings
 from thermal.integration import Interval
-from thermal.stages import Array, Point, System, evaluate, fault, start
+from thermal.stages import Array, Point, Solve, System, evaluate, fault, start
 
 GAMMA = 2.0 - sqrt(2.0)
 EARLY = 1.0 / (2.0 * (2.0 - GAMMA))  # weight of the powers at t and at t + gamma h
@@ -24,6 +24,7 @@ K = (-3.0 * GAMMA**2 + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
 HALVINGS = 30
 STEPS = 10_000  # in one interval, tried
 ITERATIONS = 15
+SLOW = 0.01  # contraction of Newton's changes that asks for a new tangent
 
 
 class _Step(NamedTuple):
@@ -97,13 +98,12 @@ def _halving(
 
 def _step(system: System, first: Point, t: float, h: float, source: Array) -> _Step:
     tau = LATE * h
-    middle, why = _solve(
-        system, first.T, first.heat + tau * first.power, t + GAMMA * h, tau, source
-    )
+    base = first.heat + tau * first.power
+    middle, solve, why = _solve(system, first.T, base, t + GAMMA * h, tau, source, None)
     if why:
         return _failed(first, why)
     base = first.heat + EARLY * h * (first.power + middle.power)
-    end, why = _solve(system, middle.T, base, t + h, tau, source)
+    end, solve, why = _solve(system, middle.T, base, t + h, tau, source, solve)
     if why:
         return _failed(first, why)
     flows = h * (EARLY * (first.flows + middle.flows) + LATE * end.flows)
@@ -111,8 +111,7 @@ def _step(system: System, first: Point, t: float, h: float, source: Array) -> _S
     reactions[system.free] = 0.0
     early, late = 1.0 / GAMMA, 1.0 / (1.0 - GAMMA)
     rough = early * first.power - early * late * middle.power + late * end.power
-    defect = (2.0 * K * h * rough)[system.free]
-    error = system.factorise(end.T, t + h, tau)(defect)
+    error = solve((2.0 * K * h * rough)[system.free])
     return _Step(end, flows, reactions, float(np.abs(error).max(initial=0.0)), "")
 
 
@@ -121,24 +120,33 @@ def _failed(first: Point, why: str) -> _Step:
 
 
 def _solve(
-    system: System, guess: Array, base: Array, t: float, tau: float, source: Array
-) -> tuple[Point, str]:
-    """Newton's method for E(T) = base + tau F(T, t), with the tangent of every iterate."""
+    system: System,
+    guess: Array,
+    base: Array,
+    t: float,
+    tau: float,
+    source: Array,
+    solve: Solve | None,
+) -> tuple[Point, Solve, str]:
+    """Newton's method for E(T) = base + tau F(T, t); both stages share a tangent that serves."""
     free, last = system.free, inf
     T = guess.copy()
     nodes, values = system.given_at(t)
     T[nodes] = values
+    solve = solve or system.factorise(T, t, tau)
     finest = max(4e-16, system.accuracy)
     for _ in range(ITERATIONS):
         point = evaluate(system, T, t, source)
         residual = (point.heat - base - tau * point.power)[free]
         if not np.isfinite(residual).all():
             break
-        change = system.factorise(T, t, tau)(residual)
+        change = solve(residual)
         size = float(np.abs(change).max(initial=0.0)) / max(1.0, float(np.abs(T).max()))
         if size < finest or 0.1 * last < size < 1e-10:
-            return point, fault(system, point, t)
+            return point, solve, fault(system, point, t)
         T = T.copy()
         T[free] -= change
+        if size > SLOW * last:
+            solve = system.factorise(T, t, tau)
         last = size
-    return point, f"t = {t:g} s: the heat network did not converge"
+    return point, solve, f"t = {t:g} s: the heat network did not converge"
