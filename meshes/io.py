@@ -41,13 +41,16 @@ def write(path: str | PathLike[str], mesh: Mesh) -> None:
     """Write a mesh in the format that the file's ending names.
 
     Regions can be kept in Abaqus files (.inp, cell sets) and in Gmsh files (.msh, physical
-    groups); for other endings the mesh must have none.
+    groups; those with cells of several families here only); for other endings the mesh must have
+    none.
     """
     import meshio
 
     ending = Path(path).suffix
     if mesh.regions and ending not in (".inp", ".msh"):
         raise ValueError(f"{path}: regions can be kept in .inp and .msh files only")
+    if mesh.others and ending != ".msh":
+        raise ValueError(f"{path}: regions of several families can be kept in .msh files only")
     raw = meshio.Mesh(mesh.points, dict(mesh.cells))
     if ending == ".msh":
         _add_physical_groups(raw, mesh)

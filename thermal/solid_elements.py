@@ -115,7 +115,13 @@ def geometry(points: Array, form: Shape) -> Geometry:
     q = len(form.weights)
     flat = form.slopes.transpose(0, 2, 1).reshape(3 * q, -1)
     tangents = np.matmul(flat, points).reshape(len(points), q, 3, 3)
-    return Geometry(tangents, form.weights * np.linalg.det(tangents))
+    return Geometry(tangents, form.weights * determinants(tangents))
+
+
+def determinants(rows: Array) -> Array:
+    """Of matrices (..., 3, 3); quicker than by factors."""
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(rows, (-2, -1), (0, 1))
+    return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
 
 
 def metrics(at: Geometry, directions: Array | None) -> Array:
@@ -148,5 +154,5 @@ def _six(m: Array) -> Array:
 def flatness(at: Geometry) -> Array:
     """(m,)  least determinant over the product of the lengths of tangents; negative: inverted."""
     lengths = np.linalg.norm(at.tangents, axis=-1).prod(axis=-1)
-    det = np.linalg.det(at.tangents)
+    det = determinants(at.tangents)
     return (det / np.maximum(lengths, 1e-300)).min(axis=1)
