@@ -327,7 +327,7 @@ def test_a_member_without_profile_has_nothing_to_exchange():
     assert term.slopes(np.array([300.0]), NOW).size == term.entries()[0].size == 0
 
 
-@pytest.mark.parametrize("name", ["line", "wall"])
+@pytest.mark.parametrize("name", ["line", "hermite", "wall", "lumped"])
 def test_a_sunlit_tube_is_smoothed_by_exchange_inside(name):
     """Small harmonic q cos(phi): dT (k t/R^2 + h e_out + h e_in (4/(4 - e_in))) = q e1, linearised.
 

@@ -41,34 +41,39 @@ class Ring(NamedTuple):
 def rings(found: Samples) -> list[Ring] | None:
     """The rings of a tube's inner face; None if its points do not lie in rings.
 
-    Points that depend on the same temperatures are a ring; else those at the same height of a
-    straight tube. Where there is but one point to a station, none has anything to exchange.
+    Points at the same height of an element, which depend on the same temperatures, are a ring;
+    else those at the same height of a straight tube. Where there is but one point to a station,
+    none has anything to exchange.
     """
-    for groups in (_alike(found), _level(found)):
-        order = np.argsort(groups, kind="stable")
-        members = np.split(order, np.flatnonzero(np.diff(groups[order])) + 1)
+    every = np.arange(len(found.areas))
+    for groups in (_alike(found), [every]):
+        members = [ring for group in groups for ring in _level(found, group)]
         if all(_closes(found, points) for points in members):
             return _stacked([_ring(found, points) for points in members])
     return [] if _without_profile(found) else None
 
 
-def _alike(found: Samples) -> Indices:
-    """Group of each point by the temperatures it depends on."""
+def _alike(found: Samples) -> list[Indices]:
+    """Points by the temperatures they depend on."""
     at = found.at.sorted_indices()
     spans = zip(at.indptr[:-1], at.indptr[1:], strict=True)
     keys = [at.indices[a:b].tobytes() for a, b in spans]
-    return np.unique(keys, return_inverse=True)[1]
+    return _split(np.unique(keys, return_inverse=True)[1])
 
 
-def _level(found: Samples) -> Indices:
-    """Group of each point by its height along the direction that all normals are normal to."""
-    axis = np.linalg.svd(found.normals, full_matrices=False)[2][-1]
-    height = found.points @ axis
-    order = np.argsort(height)
-    steps = np.diff(height[order]) > LEVEL * np.ptp(found.points, axis=0).max()
-    groups = np.empty(len(height), np.intp)
-    groups[order] = np.concatenate([[0], np.cumsum(steps)])
-    return groups
+def _split(groups: Indices) -> list[Indices]:
+    order = np.argsort(groups, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(groups[order])) + 1)
+
+
+def _level(found: Samples, group: Indices) -> list[Indices]:
+    """Points of a group by their height along the direction that all normals are normal to."""
+    axis = np.linalg.svd(found.normals[group], full_matrices=True)[2][-1]
+    points = found.points[group]
+    height = points @ axis
+    order = np.argsort(height, kind="stable")
+    steps = np.diff(height[order]) > LEVEL * np.ptp(points, axis=0).max()
+    return [group[own] for own in np.split(order, np.flatnonzero(steps) + 1)]
 
 
 def _closes(found: Samples, points: Indices) -> bool:
