@@ -3,7 +3,9 @@
 The "unified interpolation" of Hua et al. (2026): along a member temperature takes the shape
 functions that position has in a beam, with T and dT/ds at the stations. It is of order four in
 space where the line elements are of order two. Heat is stored by Galerkin's method unlumped: at a
-shock that a mesh does not resolve, temperature overshoots near it, which lines never do.
+shock that the mesh does not resolve, temperature overshoots within the element next to it, by up
+to 17 % of the jump (at stations below 1 %), until heat has spread over a third of the element.
+Lines never do.
 
 The state is the temperatures of the members, in their regions, and then the slopes, in none, in
 the form that ``thermal.hermite_terms`` describes. Where temperature is prescribed, slopes may
