@@ -2,7 +2,8 @@
 
 Bodies are meshed in 3D as by ``thermal.solid``, written as a deck, solved window by window by the
 program ``ccx`` and read back. Elements, quadrature, time integration (backward Euler) and Newton's
-method are all its own; only nodes and conditions are shared. What flowed in is evaluated here from
+method are all its own; only nodes and conditions are shared. A conductance from outside is taken
+at its mean over a window. What flowed in is evaluated here from
 the temperatures at the end of each increment, so that the balance closes to what CalculiX
 resolves, not to round-off.
 """
@@ -28,6 +29,7 @@ from thermal.calculix_deck import (
     limited_increments,
     model_text,
     steps_text,
+    with_factors,
 )
 from thermal.calculix_loads import Loads, Window
 from thermal.calculix_model import assemble, refusals
@@ -84,6 +86,7 @@ class CalculixHeat:
         self.irradiated: Mapping[str, Face] = self._boundary.irradiated
         self._model, self._held = assembled.model, assembled.held
         self._text = model_text(assembled.model)
+        self._factors = [e.factor for e in assembled.model.elements if e.factor]
         self._varies = any(
             len(t.temperatures) > 1
             for e in assembled.model.elements
@@ -139,7 +142,9 @@ class CalculixHeat:
         """What CalculiX makes of a window, and "" or the reason why it makes nothing."""
         amplitudes, loads = self._loads.text(window)
         first = initial_text(self._everywhere(window))
-        deck = [self._text, *first, *amplitudes, *steps_text(procedure, loads), ""]
+        factors = {n: float(np.mean([end[0] for end in window.outside[n]])) for n in self._factors}
+        text = with_factors(self._text, self._model, factors)
+        deck = [text, *first, *amplitudes, *steps_text(procedure, loads), ""]
         with TemporaryDirectory(prefix="thermobody-ccx-") as folder:
             job = Path(folder) / "heat"
             job.with_suffix(".inp").write_text("\n".join(deck))

@@ -4,7 +4,7 @@ CalculiX reads numbers in fields of 20 characters, so that temperatures keep 14 
 one load of a kind at a face or node; loads are therefore summed before they are written.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -52,12 +52,14 @@ class Elements(NamedTuple):
     kind : "C3D4", "C3D8", "C3D10", "C3D20" or "C3D20R"
     nodes : (m, k) intp  counted from 0
     axes : (m, 3, 3) float | None  rows: directions of the three conductivities
+    factor : name of what comes from outside and multiplies the conductivity in each window
     """
 
     kind: str
     nodes: Indices
     substance: Substance
     axes: Array | None = None
+    factor: str | None = None
 
 
 class Model(NamedTuple):
@@ -127,6 +129,25 @@ def model_text(model: Model) -> str:
     return "\n".join([*lines, constants, "*RESTART,WRITE,FREQUENCY=1", ""])
 
 
+def with_factors(text: str, model: Model, factors: Mapping[str, float]) -> str:
+    """The text of a model with the materials whose conductivities have a factor."""
+    for i, elements in enumerate(model.elements):
+        if elements.factor:
+            own = elements.substance
+            scaled = tuple(
+                Table(t.temperatures, factors[elements.factor] * t.values)
+                for t in own.conductivities
+            )
+            lines = _material(f"M{i}", own._replace(conductivities=scaled))
+            text = text.replace(_mark(i), "\n".join(lines), 1)
+    return text
+
+
+def _mark(i: int) -> str:
+    """A comment in the place of a material."""
+    return f"** material {i} of this window"
+
+
 def _rows(numbers: Indices, values: Array) -> Iterator[str]:
     for number, row in zip(numbers.tolist(), values.tolist(), strict=True):
         yield f"{number}," + ",".join(f"{v:.{DIGITS}e}" for v in row)
@@ -136,7 +157,7 @@ def _elements(i: int, first: int, elements: Elements) -> list[str]:
     lines = [f"*ELEMENT,TYPE={elements.kind},ELSET=E{i}"]
     for number, nodes in enumerate((elements.nodes + 1).tolist(), first):
         lines += _wrapped([number, *nodes], 15)
-    lines += _material(f"M{i}", elements.substance)
+    lines += [_mark(i)] if elements.factor else _material(f"M{i}", elements.substance)
     if elements.axes is None:
         return [*lines, f"*SOLID SECTION,ELSET=E{i},MATERIAL=M{i}"]
     return lines + _oriented(i, first, elements.axes)

@@ -133,11 +133,6 @@ def refusals(d: Description, settings: Settings) -> list[str]:
     ]
     found += [f"interface '{i.name}': faces that lie on one another are not written"
               for i in d.interfaces]  # fmt: skip
-    found += [
-        f"link '{link.name}': its conductance comes from outside; CalculiX takes a constant"
-        for link in d.links
-        if link.conductance is None
-    ]
     for s in d.solids:
         found += [
             f"solid '{s.name}': CalculiX has no cells of the family {family}"
@@ -183,12 +178,15 @@ class _Bricks:
 
     def link(self, link: Link, space: Discretisation) -> None:
         """Bricks of length and section 1: one that conducts, one that radiates."""
-        if link.conductance:
+        if link.conductance is None or link.conductance > 0.0:
             law = Table(np.zeros(1), np.ones(1)) if link.law is None else table(link.law)
             nodes = self._new(CORNERS)
             self._end(nodes[:4], link.a, space)
             self._end(nodes[4:], link.b, space)
-            self._add("C3D8", nodes, _massless(law, link.conductance))
+            if link.conductance is None:
+                self._add("C3D8", nodes, _massless(law, 1.0), link.name)
+            else:
+                self._add("C3D8", nodes, _massless(law, link.conductance))
         if link.radiating:
             self._radiating(link, space)
 
@@ -220,8 +218,10 @@ class _Bricks:
     def _tie(self, nodes: Indices, mean: Mean) -> None:
         self.ties += [(node, mean) for node in nodes.tolist()]
 
-    def _add(self, kind: str, nodes: Indices, substance: Substance) -> int:
-        self.elements.append(Elements(kind, nodes[None], substance))
+    def _add(
+        self, kind: str, nodes: Indices, substance: Substance, factor: str | None = None
+    ) -> int:
+        self.elements.append(Elements(kind, nodes[None], substance, None, factor))
         self._elements += 1
         return self._elements
 
