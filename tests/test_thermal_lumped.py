@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import erfc
 
 from meshes import surfaces
-from meshes.materials import constant, polynomial
+from meshes.materials import constant, polynomial, table
 from meshes.mesh import Mesh
 from meshes.sections import circle, rectangle, tube
 from thermal.boundary import Moment
@@ -599,3 +599,42 @@ def test_network_and_walls_of_second_order_meet_as_the_mesh_is_refined(make, end
         gaps.append(np.abs(a[: len(b)] - b).max())
     assert (orders(gaps) > 1.6).all()
     assert gaps[-1] < 0.3
+
+
+# ------------------------------------------------------------------------------------ extremes
+
+
+def test_a_wall_of_a_micrometre_at_4_kelvin_warms_through_decades_of_heat_capacity():
+    """c rises by six decades; a warm bar of a millionth of the conductivity is glued to its end."""
+    cryogenic = replace(
+        varying(),
+        heat_capacity=table(
+            "heat_capacity", "J/(kg K)", [2, 4, 20, 300, 900], [1e-3, 0.01, 10, 900, 1000]
+        ),
+        conductivity=table("conductivity", "W/(m K)", [2, 900], [1, 200]),
+    )
+    foil = member("foil", 1.0, 12, 8, tube(0.05, 1e-6), cryogenic, 4.2)
+    bar = member("bar", 1.0, 5, 1, rectangle(0.01, 0.01), plain(1e-4), start=(0.0, 1.0, 0.0))
+    conditions = (
+        Flux("sun", "foil", still(1361.0), np.array([0.0, -1.0, 0.0])),
+        Radiation("space", "foil", 0.8, still(4.0)),
+    )
+    glue = Link("glue", Place("foil", "end"), Place("bar", "start"), 1.0)
+    net = LumpedHeat(Description((foil, bar), links=(glue,), conditions=conditions))
+    T = net.initial()
+    for i in range(3):
+        new, flows, why = net.advance(T, 100.0 * i, 100.0, np.zeros(len(T)))
+        assert why == ""
+        stored = net.energy(new) - net.energy(T)
+        assert abs(sum(flows.values()) - stored) < 1e-11 * max(map(abs, flows.values()))
+        T = new
+    sunny = T[net.regions["foil"]].reshape(-1, 8)[0, 0]
+    assert sunny == pytest.approx((1361.0 / (0.8 * 5.670374419e-8)) ** 0.25, rel=0.03)
+    assert T.min() > 4.0
+
+
+def test_cooling_below_absolute_zero_is_a_reason():
+    block = Part("block", np.zeros(3), plain(), 1.0, 300.0)
+    d = Description((), (block,), conditions=(Source("drain", Place("block"), still(-1e4)),))
+    net = LumpedHeat(d)
+    assert "'block' fell below 0 K" in net.advance(net.initial(), 0.0, 100.0, np.zeros(1))[2]

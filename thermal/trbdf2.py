@@ -23,7 +23,8 @@ K = (-3.0 * GAMMA**2 + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
 
 HALVINGS = 30
 STEPS = 10_000  # in one interval, tried
-ITERATIONS = 15
+ITERATIONS = 30
+CAREFUL, COOLED = 8, 0.3  # iterations that lower no temperature below a part of itself
 SLOW = 0.01  # contraction of Newton's changes that asks for a new tangent
 
 
@@ -135,7 +136,7 @@ def _solve(
     T[nodes] = values
     solve = solve or system.factorise(T, t, tau)
     finest = max(4e-16, system.accuracy)
-    for _ in range(ITERATIONS):
+    for i in range(ITERATIONS):
         point = evaluate(system, T, t, source)
         residual = (point.heat - base - tau * point.power)[free]
         if not np.isfinite(residual).all():
@@ -144,8 +145,9 @@ def _solve(
         size = float(np.abs(change).max(initial=0.0)) / max(1.0, float(np.abs(T).max()))
         if size < finest or 0.1 * last < size < 1e-10:
             return point, solve, fault(system, point, t)
+        lowest = COOLED * T[free] if i < CAREFUL else -inf
         T = T.copy()
-        T[free] -= change
+        T[free] = np.maximum(T[free] - change, lowest)
         if size > SLOW * last:
             solve = system.factorise(T, t, tau)
         last = size
