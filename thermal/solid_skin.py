@@ -65,20 +65,40 @@ def skin(cells: Cells, n: int) -> Skin:
     corners = {f: nodes[:, : CORNERS[FACET[f]]] for f, nodes in every.items()}
     low = [np.sort(c, axis=1)[:, :2] for c in corners.values()]
     numbering = Numbering(np.unique(np.concatenate([a[:, 0] * n + a[:, 1] for a in low])), n)
-    keys = {f: numbering.keys(c) for f, c in corners.items()}
-    values, uses = np.unique(np.concatenate(list(keys.values())), return_counts=True)
-    if (uses > 2).any():
-        raise ValueError("three or more of its cells share one face: they overlap")
     facets, alone = {}, {}
-    for family, key in keys.items():
+    for family, corner in corners.items():
+        key = numbering.keys(corner)
+        same = [numbering.keys(c) for c in corners.values() if c.shape[1] == corner.shape[1]]
+        values, uses = np.unique(np.concatenate(same), return_counts=True)
+        if (uses > 2).any():
+            raise ValueError("three or more of its cells share one face: they overlap")
         rows = np.flatnonzero(uses[np.searchsorted(values, key)] == 1)
         rows = rows[np.argsort(key[rows])]
         facets[FACET[family]], alone[FACET[family]] = every[family][rows], key[rows]
+    _require_conforming(facets, numbering)
     return Skin(
         {f: nodes for f, nodes in facets.items() if len(nodes)},
         numbering,
         {f: k for f, k in alone.items() if len(k)},
     )
+
+
+def _require_conforming(facets: Cells, numbering: Numbering) -> None:
+    """No triangle of the boundary may have its corners in a quad of the boundary."""
+    triangles = [c[:, :3] for f, c in facets.items() if CORNERS[f] == 3]
+    quads = [c[:, :4] for f, c in facets.items() if CORNERS[f] == 4]
+    if not (triangles and quads):
+        return
+    known = numbering.keys(np.concatenate(triangles))
+    every = np.concatenate(quads)
+    for left_out in range(4):
+        corners = np.delete(every, left_out, axis=1)
+        lying = np.isin(numbering.keys(corners), known)
+        if lying.any():
+            raise ValueError(
+                f"triangles lie on quads, as of nodes {every[lying][0].tolist()}: tetrahedra and "
+                "hexahedra do not conform"
+            )
 
 
 def _same_kind(a: str, b: str) -> bool:
