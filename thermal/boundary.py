@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from meshes.materials import Property
 from thermal.description import (
@@ -125,20 +126,17 @@ class Load:
 
 
 class Irradiated:
-    """Flux density from outside at the points of a face, one after the other."""
+    """Flux density from outside at the points of a face, one after the other; n temperatures."""
 
-    def __init__(self, name: str, face: Face) -> None:
+    def __init__(self, name: str, face: Face, n: int) -> None:
         self.names = (name,)
-        self.face = face
+        self._areas = np.concatenate([np.empty(0), *(block.areas.ravel() for block in face)])
+        self._shares = _shares_of_points(face, n)
 
     def add(self, T: Array, at: Moment, out: Array) -> Sequence[float]:
-        density, total, first = at.outside[self.names[0]], 0.0, 0
-        for block in self.face:
-            last = first + block.areas.size
-            power = block.areas * density[first:last].reshape(block.areas.shape)
-            np.add.at(out, block.dofs, power @ block.values)
-            total, first = total + float(power.sum()), last
-        return (total,)
+        density = at.outside[self.names[0]]
+        out += self._shares @ density
+        return (float(self._areas @ density),)
 
     def entries(self) -> tuple[Indices, Indices]:
         return NONE, NONE
@@ -250,7 +248,7 @@ def _terms(
                 loads = space.absorbing(Side(c.body, c.face), c.direction)
                 terms.append(Load(c.name, loads, c.density))
             case Irradiation():
-                terms.append(Irradiated(c.name, irradiated[c.name]))
+                terms.append(Irradiated(c.name, irradiated[c.name], len(space.x)))
             case Source():
                 terms.append(Load(c.name, _shares(space.place(c.place), len(space.x)), c.power))
             case Enclosure():
@@ -262,6 +260,22 @@ def _terms(
 
         terms += [Pressed(i, space.face(i.a), space.face(i.b)) for i in description.interfaces]
     return terms + [_bridge(link, space) for link in description.links]
+
+
+def _shares_of_points(face: Face, n: int) -> csr_array:
+    """(n, points) [m^2]  what each temperature receives of a density at the points of a face."""
+    ends = np.cumsum([0] + [block.areas.size for block in face])
+    shares = [block.areas[..., None] * block.values for block in face]
+    rows = [
+        np.broadcast_to(block.dofs[:, None], s.shape) for block, s in zip(face, shares, strict=True)
+    ]
+    columns = [
+        np.broadcast_to(np.arange(a, b).reshape(s.shape[0], -1, 1), s.shape)
+        for a, b, s in zip(ends, ends[1:], shares, strict=False)
+    ]
+    i, j = (np.concatenate([NONE, *(x.ravel() for x in part)]) for part in (rows, columns))
+    values = np.concatenate([np.empty(0), *(s.ravel() for s in shares)])
+    return csr_array((values, (i, j)), shape=(n, int(ends[-1])))
 
 
 def _film(c: Film, face: Face) -> Pointwise:
