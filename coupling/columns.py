@@ -115,6 +115,13 @@ STANDARD: dict[str, dict[str, Column]] = {
         "temperature": Column("K", "of each facet"),
         "light": Column("W/m^2", "absorbed by each facet: sun, reflected sun, planet"),
     },
+    "sky": {
+        "time": Column("s", "time"),
+        "sun": Column("", "direction to it"),
+        "planet": Column("", "direction to its centre; zeros: there is none"),
+        "flux": Column("W/m^2", "of sunlight that the planet leaves, on a plate that faces it"),
+        "visible": Column("", "part of the sun's disc beside the planet"),
+    },
     "frames": {"time": Column("s", "time of the frame")},
 }
 """The first part of a group's name leads to its columns."""

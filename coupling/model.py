@@ -148,6 +148,23 @@ class Model:
         q = state.motion.motion.q
         return {skin.name: skin.row(state.T, state.outside, q) for skin in self._skins}
 
+    @cached_property
+    def _environment(self) -> Any:
+        table = None if self.scene.thermal is None else self.scene.thermal.environment
+        if table is None:
+            return None
+        from coupling.environments import environment
+
+        return environment(table)
+
+    def sky(self, state: Coupled) -> dict[str, Any]:
+        """Sun and planet at the time of a state; empty without [thermal.environment]."""
+        if self._environment is None:
+            return {}
+        from coupling.skies import row
+
+        return row(self._environment, state.motion.motion.t)
+
     # -- contacts ------------------------------------------------------------------------------
 
     @cached_property

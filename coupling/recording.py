@@ -14,7 +14,7 @@ from mechanics.march import Rows
 
 
 class Recording:
-    """Rows of windows, ledger, probes, contacts and frames.
+    """Rows of windows, ledger, probes, sky, contacts and frames.
 
     Histories of contacts have a row for each mechanical substep, of many contacts for some of them
     (``contact_history.kept_rows``); events are as many as happen; other tables have a row per
@@ -38,6 +38,7 @@ class Recording:
             self.recorder.append_many(f"surfaces/{name}", elements)
         self._frame(state)
         self._probes(state)
+        self._sky(state)
         self._state(state, tick, size)
         self.recorder.flush()
 
@@ -60,6 +61,7 @@ class Recording:
         self._window(before, window, wall)
         self.recorder.append("ledger", self.model.ledger(state))
         self._probes(state)
+        self._sky(state)
         self._contacts(before, state)
         if self._due(window):
             self._frame(state)
@@ -91,6 +93,11 @@ class Recording:
     def _probes(self, state: Coupled) -> None:
         for name, row in self.model.probes(state).items():
             self.recorder.append(f"probes/{name}", row)
+
+    def _sky(self, state: Coupled) -> None:
+        row = self.model.sky(state)
+        if row:
+            self.recorder.append("sky", row)
 
     def _frame(self, state: Coupled) -> None:
         self.recorder.append("frames", {"time": state.motion.motion.t})
