@@ -4,7 +4,7 @@ A point keeps its coordinates in the frame of the section, element or body that 
 that the reference pose and rigid motions are exact.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple, Protocol
 
@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 CANDIDATES = 12  # elements of a shell that are tried for a point
+ALIKE = 10  # decimals of local coordinates that make one section
 ROUNDS = 8  # of Newton's method for the foot of a point
 
 
@@ -64,7 +65,7 @@ def carrier(layout: Layout, name: str, points: Array) -> Frames:
     """What carries reference points (m, 3) [m] of a mechanical body."""
     body = layout.bodies[name]
     if isinstance(body, Beam):
-        return LineFrames(layout, name, points)
+        return LineFrames.of(layout, name, points)
     if isinstance(body, Shell):
         return ShellFrames(layout, name, points)
     return BodyFrames(layout, name, len(points))
@@ -90,52 +91,52 @@ class BodyFrames(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The axis of a line body: cubics through its nodes, and triads between those of the nodes.
+    """Axes of line bodies: cubics between nodes, and triads between those of the nodes.
 
     The derivative at the ends of an element has the length chord / cos(angle / 4)^2 with the
     angle between its tangents (Goldapp 1991).
 
-    position : (n, 3) float [m];  axes : (n, 3, 3) float  rows e1, e2, e3;  scale : (n - 1,) [m]
+    position : (n, 3) float [m];  axes : (n, 3, 3) float  rows e1, e2, e3 at the nodes
+    ends : (e, 2) int  nodes of each element;  scale : (e,) float [m]  length of the derivative
     """
 
     position: Array
     axes: Array
+    ends: Indices
     scale: Array
 
     @classmethod
-    def of(cls, layout: Layout, name: str, q: Array) -> "Curve":
-        """The axis of a line body in a pose."""
-        now = vectors(layout, name, q)
-        if "r_z" not in now:
-            return cls.through(now["position"], carried_frames(now["position"]))
-        e2 = _unit(now["r_y"])
-        e1 = _unit(np.cross(e2, now["r_z"]))
-        return cls.through(now["position"], np.stack([e1, e2, np.cross(e1, e2)], axis=1))
-
-    @classmethod
-    def through(cls, position: Array, axes: Array) -> "Curve":
-        """The axis through nodes with triads."""
-        chord = np.linalg.norm(np.diff(position, axis=0), axis=1)
-        cosine = np.clip(np.sum(axes[1:, 0] * axes[:-1, 0], axis=1), -1.0, 1.0)
-        return cls(position, axes, chord / np.cos(0.25 * np.arccos(cosine)) ** 2)
+    def through(cls, position: Array, axes: Array, ends: Indices | None = None) -> "Curve":
+        """Axes through nodes with triads; without ``ends`` one body, from node to node."""
+        if ends is None:
+            ends = _chain(len(position))
+        a, b = ends.T
+        chord = np.linalg.norm(position[b] - position[a], axis=1)
+        cosine = np.clip(np.sum(axes[b, 0] * axes[a, 0], axis=1), -1.0, 1.0)
+        return cls(position, axes, ends, chord / np.cos(0.25 * np.arccos(cosine)) ** 2)
 
     def at(self, element: Indices, x: Array) -> tuple[Array, Array]:
         """Points (m, 3) [m] and triads (m, 3, 3) at local coordinates 0 to 1 of elements."""
+        a, b = self.ends[element].T
+        x = x[:, None, None]
+        mixed = (1.0 - x) * self.axes[a, 1:] + x * self.axes[b, 1:]
+        e1, e2 = _unit(np.cross(mixed[:, 0], mixed[:, 1])), _unit(mixed[:, 0])
+        return self.points(element, x[:, 0, 0]), np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+
+    def points(self, element: Indices, x: Array) -> Array:
+        """(m, 3) [m] at local coordinates 0 to 1 of elements."""
+        a, b = self.ends[element].T
         x, length = x[:, None], self.scale[element, None]
-        points = (
-            (1.0 - 3.0 * x**2 + 2.0 * x**3) * self.position[element]
-            + (x - 2.0 * x**2 + x**3) * length * self.axes[element, 0]
-            + (3.0 * x**2 - 2.0 * x**3) * self.position[element + 1]
-            + (x**3 - x**2) * length * self.axes[element + 1, 0]
+        return (
+            (1.0 - 3.0 * x**2 + 2.0 * x**3) * self.position[a]
+            + (x - 2.0 * x**2 + x**3) * length * self.axes[a, 0]
+            + (3.0 * x**2 - 2.0 * x**3) * self.position[b]
+            + (x**3 - x**2) * length * self.axes[b, 0]
         )
-        x = x[..., None]
-        mixed = (1.0 - x) * self.axes[element] + x * self.axes[element + 1]
-        e1, e2 = _unit(np.cross(mixed[:, 1], mixed[:, 2])), _unit(mixed[:, 1])
-        return points, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
 
     def feet(self, points: Array) -> tuple[Indices, Array]:
         """Element and local coordinate of the section in which each of the points lies."""
-        element, x = _nearest_edges(points, self.position)
+        element, x = _nearest_edges(points, self.position[self.ends])
         for _ in range(ROUNDS):
             at, axes = self.at(element, x)
             step = np.einsum("mc,mc->m", points - at, axes[:, 0]) / self.scale[element]
@@ -143,33 +144,104 @@ class Curve(NamedTuple):
         return element, x
 
     def lengths(self, element: Indices, x: Array) -> Array:
-        """Arc length (m,) [m] from the first node, by chords."""
-        chord = np.linalg.norm(np.diff(self.position, axis=0), axis=1)
+        """Arc length (m,) [m] by chords from the first node, if this is one body."""
+        a, b = self.position[self.ends.T]
+        chord = np.linalg.norm(b - a, axis=1)
         return np.concatenate([[0.0], np.cumsum(chord)])[element] + x * chord[element]
 
 
-class LineFrames:
-    """Sections of a line body.
+def _chain(nodes: int) -> Indices:
+    return np.stack([np.arange(nodes - 1), np.arange(1, nodes)], axis=1)
 
-    along : (m,) float [m]  their arc lengths in the reference
+
+class Lines:
+    """Some line bodies as one curve in a pose.
+
+    first : (b,) int  first element of each
     """
 
-    def __init__(self, layout: Layout, name: str, points: Array) -> None:
-        self._layout, self._name = layout, name
-        curve = Curve.of(layout, name, layout.q0)
-        self._element, self._x = curve.feet(points)
-        self.along = curve.lengths(self._element, self._x)
+    def __init__(self, layout: Layout, names: Sequence[str]) -> None:
+        self.layout, self.names = layout, tuple(names)
+        nodes = [layout.node_dofs[name] for name in names]
+        starts = np.cumsum([0, *map(len, nodes)]).tolist()
+        self._ends = np.concatenate(
+            [np.empty((0, 2), np.intp), *(a + _chain(b - a) for a, b in pairwise(starts))]
+        )
+        self.first = np.array(starts[:-1], np.intp) - np.arange(len(nodes))
+        self._position = np.concatenate([np.empty(0, np.intp), *nodes])
+        has = [family_of(layout.bodies[name]).vectors for name in names]
+        own = [slice(a, b) for a, b in pairwise(starts)]
+        self._bare = [o for o, v in zip(own, has, strict=True) if "r_z" not in v]
+        self._sectioned = np.setdiff1d(
+            np.arange(starts[-1]), [i for o in self._bare for i in range(o.start, o.stop)]
+        )
+        self._section = [
+            np.concatenate(
+                [np.empty(0, np.intp)]
+                + [n + 3 * v.index(r) for n, v in zip(nodes, has, strict=True) if r in v]
+            )
+            for r in ("r_y", "r_z")
+        ]
+
+    def __call__(self, q: Array) -> Curve:
+        """The axes of the bodies, one after the other."""
+        position, r_y, r_z = (
+            q[d[:, None] + np.arange(3)] for d in (self._position, *self._section)
+        )
+        axes, e2 = np.empty((len(position), 3, 3)), _unit(r_y)
+        e1 = _unit(np.cross(e2, r_z))
+        axes[self._sectioned] = np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+        for own in self._bare:
+            axes[own] = carried_frames(position[own])
+        return Curve.through(position, axes, self._ends)
+
+
+class LineFrames:
+    """Sections of line bodies; points in the same section share its frame.
+
+    along : (m,) float [m]  their arc lengths in the reference, each from the start of its body
+    """
+
+    def __init__(self, lines: Lines, element: Indices, x: Array, along: Array) -> None:
+        self.lines, self.element, self.x, self.along = lines, element, x, along
+        both = np.stack([element, np.round(x, ALIKE)])
+        _, self._first, self._section = np.unique(
+            both, axis=1, return_index=True, return_inverse=True
+        )
+
+    @classmethod
+    def of(cls, layout: Layout, name: str, points: Array) -> "LineFrames":
+        """The sections in which reference points of one body lie."""
+        lines = Lines(layout, [name])
+        curve = lines(layout.q0)
+        element, x = curve.feet(points)
+        return cls(lines, element, x, curve.lengths(element, x))
 
     def __call__(self, q: Array) -> tuple[Array, Array]:
         """See Frames."""
-        return Curve.of(self._layout, self._name, q).at(self._element, self._x)
+        origins, axes = self.lines(q).at(self.element[self._first], self.x[self._first])
+        return origins[self._section], axes[self._section]
 
 
-def _nearest_edges(x: Array, points: Array) -> tuple[Indices, Array]:
-    """Edge of a polygon nearest to each of ``x``, and how far along it the foot is: 0 to 1."""
+def together(frames: Sequence[LineFrames]) -> LineFrames:
+    """Sections of several bodies, one after the other, as one."""
+    layout = frames[0].lines.layout
+    names = list(dict.fromkeys(name for f in frames for name in f.lines.names))
+    lines = Lines(layout, names)
+    first = dict(zip(names, lines.first.tolist(), strict=True))
+    return LineFrames(
+        lines,
+        np.concatenate([first[f.lines.names[0]] + f.element for f in frames]),
+        np.concatenate([f.x for f in frames]),
+        np.concatenate([f.along for f in frames]),
+    )
+
+
+def _nearest_edges(x: Array, edges: Array) -> tuple[Indices, Array]:
+    """Which of the edges (e, 2, 3) is nearest to each of ``x``, and where the foot is: 0 to 1."""
     best = np.full(len(x), np.inf)
     edge, along = np.zeros(len(x), np.intp), np.zeros(len(x))
-    for e, (a, b) in enumerate(pairwise(points)):
+    for e, (a, b) in enumerate(edges):
         s = np.clip((x - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
         away = np.linalg.norm(x - a - s[:, None] * (b - a), axis=1)
         nearer = away < best

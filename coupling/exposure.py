@@ -1,16 +1,27 @@
 """What sun and planet bring to the faces of a structure that moves and deforms."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.carriers import Carried, Curve, Frames, LineFrames, carrier, still, vectors
+from coupling.carriers import (
+    Carried,
+    Curve,
+    Frames,
+    LineFrames,
+    Lines,
+    carrier,
+    still,
+    together,
+    vectors,
+)
 from mechanics.description import Beam, Shell
 from mechanics.layout import Layout
 from meshes.sections import Section
-from thermal.description import Description
+from thermal.description import Description, Member
 from thermal.discretisation import Block, Face
 from thermal.illumination import (
     Coating,
@@ -82,15 +93,7 @@ class Exposure:
             c.condition: slice(int(a), int(b))
             for c, a, b in zip(coatings, ends, ends[1:], strict=False)
         }
-        self._faces: list[Carried] = []
-        along = [np.empty(0)]
-        for c in coatings:
-            face = irradiated[c.condition]
-            points, normals = _flat(face, lambda b: b.points), _flat(face, lambda b: b.normals)
-            frames = carried_by(layout, c.body, points)
-            self._faces.append(Carried(frames, self._coordinates(None), points, normals))
-            along.append(frames.along if isinstance(frames, LineFrames) else np.zeros(len(points)))
-        self._along = np.concatenate(along)
+        self._groups, self._along = _groups(layout, coatings, irradiated)
         numbers = [self._shade.number(c.body) for c in coatings]
         self._owner = np.repeat(np.array(numbers, np.intp), counts)
 
@@ -110,10 +113,9 @@ class Exposure:
     def look(self, t: float, pose: Any = None) -> Light:
         """Where the points are, and which part of the sun they see."""
         q, now = self._coordinates(pose), sky(self.environment, t)
-        both = [face.at(q) for face in self._faces]
-        none = [np.empty((0, 3))]
-        points = np.concatenate(none + [p for p, _ in both])
-        normals = np.concatenate(none + [n for _, n in both])
+        points, normals = np.empty((2, len(self._owner), 3))
+        for rows, carried in self._groups:
+            points[rows], normals[rows] = carried.at(q)
         if now.flux == 0.0:
             return Light(points, normals, np.zeros(len(points)), now)
         patches = Patches(points, normals, self._along, self._owner)
@@ -142,6 +144,30 @@ def _check(
         raise ValueError("\n".join(wrong))
 
 
+def _groups(
+    layout: Layout | None, coatings: Sequence[Coating], irradiated: Mapping[str, Face]
+) -> tuple[list[tuple[Indices, Carried]], Array]:
+    """Rows of points with what carries them, all that line bodies carry together; arc lengths."""
+    faces = [irradiated[c.condition] for c in coatings]
+    points = [_flat(face, lambda b: b.points) for face in faces]
+    normals = [_flat(face, lambda b: b.normals) for face in faces]
+    frames = [carried_by(layout, c.body, p) for c, p in zip(coatings, points, strict=True)]
+    ends = np.cumsum([0, *map(len, points)]).tolist()
+    rows = [np.arange(a, b) for a, b in pairwise(ends)]
+    lines = {i: f for i, f in enumerate(frames) if isinstance(f, LineFrames)}
+    q = np.empty(0) if layout is None else layout.q0
+    along, groups = np.zeros(ends[-1]), []
+    for i, f in enumerate(frames):
+        if i not in lines:
+            groups.append((rows[i], Carried(f, q, points[i], normals[i])))
+    if lines:
+        at, x, n = (np.concatenate([a[i] for i in lines]) for a in (rows, points, normals))
+        joined = together(list(lines.values()))
+        along[at] = joined.along
+        groups.append((at, Carried(joined, q, x, n)))
+    return groups, along
+
+
 def carried_by(layout: Layout | None, body: str, points: Array) -> Frames:
     """What carries points of a thermal body; sides of joints go with the nearest body."""
     if layout is None or not (body in layout.bodies or body in layout.point_index):
@@ -161,12 +187,31 @@ def _flat(face: Face, read: Callable[[Block], Array]) -> Array:
 # --------------------------------------------------------------------------- what casts shadows
 
 
-class _Rod(NamedTuple):
-    """A line body; ``name`` None: it stands still along ``curve``."""
+class _Pieces(NamedTuple):
+    """Straight pieces of line bodies: from ``x[:, 0]`` to ``x[:, 1]`` of elements of a curve."""
 
-    name: str | None
-    curve: Curve
-    radius: float
+    element: Indices
+    x: Array
+    radius: Array
+    along: Array
+    free: NDArray[np.bool_]
+    owner: Indices
+
+    def tubes(self, curve: Curve) -> Tubes:
+        """The pieces where the curve is now."""
+        start, end = (curve.points(self.element, x) for x in self.x.T)
+        return Tubes(start, end, self.radius, self.along, self.free, self.owner)
+
+
+def _pieces(curve: Curve, section: Section, first: int, owner: int) -> _Pieces:
+    """Pieces of one body, whose curve may begin with the element ``first`` of a longer one."""
+    element, x = np.divmod(np.arange(PIECES * len(curve.scale)), PIECES)
+    x = (x[:, None] + np.array([0.0, 1.0])) / PIECES
+    along = np.stack([curve.lengths(element, end) for end in x.T], axis=1)
+    free = np.zeros(along.shape, np.bool_)
+    free[0, 0] = free[-1, 1] = True
+    k = len(element)
+    return _Pieces(element + first, x, np.full(k, _radius(section)), along, free, np.full(k, owner))
 
 
 class _Skin(NamedTuple):
@@ -185,11 +230,28 @@ class Shade:
         self, description: Description, layout: Layout | None, shading: Mapping[str, Face]
     ) -> None:
         self._layout = layout
-        self._rods = _rods(description, layout)
+        bodies = {} if layout is None else layout.bodies
+        beams = {name: b.section for name, b in bodies.items() if isinstance(b, Beam)}
+        members = {m.name: m for m in description.members if m.name not in beams}
+        rods = [*beams, *members]
         self._skins = _skins(description, layout)
-        others = {n: f for n, f in shading.items() if n not in {**self._rods, **self._skins}}
+        others = {n: f for n, f in shading.items() if n not in {*rods, *self._skins}}
         self._skins |= {name: _polygons(layout, name, face) for name, face in others.items()}
-        self._numbers = {name: i for i, name in enumerate([*self._rods, *self._skins])}
+        self._numbers = {name: i for i, name in enumerate([*rods, *self._skins])}
+        self._lines = None if layout is None or not beams else Lines(layout, list(beams))
+        self._moving = self._moving_pieces(beams)
+        still = [_still_tubes(m, self._numbers[m.name]) for m in members.values()]
+        self._still = Tubes(*(np.concatenate(c) for c in zip(NO_TUBES, *still, strict=True)))
+
+    def _moving_pieces(self, beams: Mapping[str, Section]) -> _Pieces | None:
+        layout, lines = self._layout, self._lines
+        if layout is None or lines is None:
+            return None
+        each = [
+            _pieces(Lines(layout, [name])(layout.q0), section, first, self._numbers[name])
+            for (name, section), first in zip(beams.items(), lines.first.tolist(), strict=True)
+        ]
+        return _Pieces(*(np.concatenate(c) for c in zip(*each, strict=True)))
 
     def number(self, body: str) -> int:
         """Of a body among those that cast shadows; -1: it casts none."""
@@ -200,22 +262,10 @@ class Shade:
         return self._tubes(q), self._facets(q)
 
     def _tubes(self, q: Array) -> Tubes:
-        pieces = [self._tube(name, rod, q) for name, rod in self._rods.items()]
-        return Tubes(*(np.concatenate(c) for c in zip(NO_TUBES, *pieces, strict=True)))
-
-    def _tube(self, name: str, rod: _Rod, q: Array) -> Tubes:
-        curve = rod.curve
-        if rod.name is not None and self._layout is not None:
-            curve = Curve.of(self._layout, rod.name, q)
-        k = PIECES * len(curve.scale)
-        element, x = _stations(len(curve.scale))
-        points, along = curve.at(element, x)[0], rod.curve.lengths(element, x)
-        free = np.zeros((k, 2), np.bool_)
-        free[0, 0] = free[-1, 1] = True
-        return Tubes(
-            points[:-1], points[1:], np.full(k, rod.radius),
-            np.stack([along[:-1], along[1:]], axis=1), free, np.full(k, self._numbers[name]),
-        )  # fmt: skip
+        if self._moving is None or self._lines is None:
+            return self._still
+        moving = self._moving.tubes(self._lines(q))
+        return Tubes(*(np.concatenate(c) for c in zip(moving, self._still, strict=True)))
 
     def _facets(self, q: Array) -> Facets:
         corners, owners = [np.empty((0, 3, 3))], [np.empty(0, np.intp)]
@@ -232,24 +282,9 @@ class Shade:
         return skin.fixed
 
 
-def _stations(elements: int) -> tuple[Indices, Array]:
-    """Element and local coordinate of the ends of the pieces of a line body."""
-    s = np.arange(elements * PIECES + 1)
-    element = np.minimum(s // PIECES, elements - 1)
-    return element, (s - element * PIECES) / PIECES
-
-
-def _rods(description: Description, layout: Layout | None) -> dict[str, _Rod]:
-    found = {}
-    for name, body in ({} if layout is None else layout.bodies).items():
-        if isinstance(body, Beam):
-            assert layout is not None
-            found[name] = _Rod(name, Curve.of(layout, name, layout.q0), _radius(body.section))
-    for m in description.members:
-        if m.name not in found:
-            points, axes = np.asarray(m.points, float), np.asarray(m.axes, float)
-            found[m.name] = _Rod(None, Curve.through(points, axes), _radius(m.section))
-    return found
+def _still_tubes(m: Member, owner: int) -> Tubes:
+    curve = Curve.through(np.asarray(m.points, float), np.asarray(m.axes, float))
+    return _pieces(curve, m.section, 0, owner).tubes(curve)
 
 
 def _radius(section: Section) -> float:
