@@ -358,6 +358,36 @@ def test_grey_plates_face_to_face():
     assert T[solver.regions["cold"]].mean() == pytest.approx(exact, abs=0.05 * (exact - 300.0))
 
 
+def test_a_solid_whose_region_is_a_face_is_meshed_whole():
+    bodies = (replace(cube(), name="first", rubbing="x1"), replace(cube(), rubbing="y0"))
+    d = Description(
+        conditions=(Film("air", "cube", still(500.0), still(400.0), "z1"),), solids=bodies
+    )
+    heat = np.zeros(2 * 64)
+    heat[build("solid", d).regions["first"]] = 10.0
+    T, _, _ = advanced("calculix", d, heat=heat)
+    other, _, _ = advanced("solid", d, heat=heat)
+    np.testing.assert_allclose(T, other, rtol=1e-12)
+
+
+def test_a_tube_of_three_conductivities():
+    """Along, around and through, of each cell those at its middle."""
+    stuff = replace(
+        varying(),
+        conductivity_around=polynomial("k2", "W/(m K)", [20.0, 0.1], 300.0),
+        conductivity_through=polynomial("k3", "W/(m K)", [2.0]),
+    )
+    tube = member(length=0.3, elements=4, wall_points=16, material=stuff)
+    sun = Flux("sun", "arm", still(5e3), np.array([0.0, -1.0, 0.0]))
+    base = Fixed("base", Place("arm", "start"), still(300.0))
+    d = Description((tube,), conditions=(sun, base))
+    settings = replace(EQUAL, steps=20, layers=2)
+    T, _, _ = advanced("calculix", d, settings, h=60.0)
+    other, _, _ = advanced("solid", d, settings, h=60.0)
+    assert np.ptp(other) > 20.0
+    np.testing.assert_allclose(T, other, rtol=0.0, atol=0.01 * np.ptp(other))
+
+
 def test_a_sheet_in_the_sun():
     surface = plate(0.4, 0.3, 4, 3)
     sheet = Sheet("panel", surface, 0.01, varying(), 300.0)

@@ -1,6 +1,7 @@
 """Bodies of CalculiX: the cells of ``thermal.solid``, with directions of their conductivities."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from thermal.calculix_model import KINDS, substance
 from thermal.description import Description, Member, Settings, Sheet
 from thermal.discretisation import Discretisation
 from thermal.layout import arclength
+
+if TYPE_CHECKING:
+    from thermal.solid_bodies import Body, Filling
 
 Array = NDArray[np.float64]
 
@@ -27,22 +31,23 @@ def solid_space(settings: Settings) -> Callable[[Description], Discretisation]:
 
 
 def elements(d: Description, space: Discretisation, settings: Settings) -> list[Elements]:
-    """Elements of all bodies, on the temperatures of ``space``."""
+    """Elements of all bodies, whose temperatures are the first of ``space``."""
     found: list[Elements] = []
+    first = 0
     for body in _bodies(d, settings):
-        first = int(space.regions[body.name].min())
         if not np.array_equal(space.x[first : first + len(body.points)], body.points):
             raise ValueError(f"'{body.name}': its temperatures are not the nodes of its mesh")
         for filling in body.fillings:
             what = substance(filling.material)
             axes = _axes(body, filling) if len(what.conductivities) > 1 else None
             found.append(Elements(KINDS[filling.family], filling.cells + first, what, axes))
+        first += len(body.points)
     return found
 
 
-def _bodies(d: Description, settings: Settings) -> list:
+def _bodies(d: Description, settings: Settings) -> "list[Body]":
     if not (d.members or d.sheets or d.solids):
-        return []
+        return []  # lumps need no scikit-fem
     from thermal.solid_bodies import member_body, sheet_body, solid_body
 
     bodies = [member_body(m, settings) for m in d.members]
@@ -50,13 +55,14 @@ def _bodies(d: Description, settings: Settings) -> list:
     return bodies + [solid_body(s) for s in d.solids]
 
 
-def _axes(body, filling) -> Array:
+def _axes(body: "Body", filling: "Filling") -> Array:
     """(m, 3, 3)  rows along, around, through of each cell, taken at its middle."""
     corners = filling.cells[:, : CORNERS[filling.family]]
     if not isinstance(filling.directions, str):
         return np.tile(np.asarray(filling.directions, dtype=float), (len(corners), 1, 1))
     if isinstance(body.thing, Member):
         return _of_member(body.thing, body.local[corners].mean(axis=1))
+    assert isinstance(body.thing, Sheet)  # solids have axes of their own
     return _of_sheet(body.thing, body.points[corners].mean(axis=1))
 
 
