@@ -601,6 +601,21 @@ def test_network_and_walls_of_second_order_meet_as_the_mesh_is_refined(make, end
     assert gaps[-1] < 0.3
 
 
+@pytest.mark.parametrize("linear", ["direct", "multigrid"])
+def test_balance_of_a_large_sheet_closes_however_it_is_solved(linear):
+    pytest.importorskip("pyamg")
+    conditions = (
+        Flux("sun", "skin", still(5000.0), np.array([0.3, 0.0, -1.0]), "top"),
+        Radiation("space", "skin", 0.8, still(4.0), "bottom"),
+    )
+    sheet = replace(plate((40, 30), varying()), thickness=0.002)
+    net = LumpedHeat(Description(sheets=(sheet,), conditions=conditions), Settings(linear=linear))
+    T, flows, why = net.advance(net.initial(), 0.0, 30.0, np.zeros(len(net.x)))
+    assert why == ""
+    stored = net.energy(T) - net.energy(net.initial())
+    assert abs(sum(flows.values()) - stored) < 1e-11 * max(map(abs, flows.values()))
+
+
 # ------------------------------------------------------------------------------------ extremes
 
 

@@ -48,8 +48,9 @@ class Conductors(NamedTuple):
 
 def stores(description: Description, regions: Regions) -> list[Store]:
     """All lumps; those of one material that need the same properties are one store."""
-    found = [Store(regions[m.name], masses(m), m.material, _member_needs(m))
-             for m in description.members]  # fmt: skip
+    found = [
+        Store(regions[m.name], masses(m), m.material, _member_needs(m)) for m in description.members
+    ]
     for p in description.parts:
         needs: tuple[Property, ...] = (p.material.heat_capacity,)
         found.append(Store(regions[p.name], np.array([float(p.mass)]), p.material, needs))

@@ -135,7 +135,7 @@ def _solve(
     nodes, values = system.given_at(t)
     T[nodes] = values
     solve = solve or system.factorise(T, t, tau)
-    finest = max(4e-16, system.accuracy)
+    slow = max(SLOW, system.refresh)
     for i in range(ITERATIONS):
         point = evaluate(system, T, t, source)
         residual = (point.heat - base - tau * point.power)[free]
@@ -143,12 +143,16 @@ def _solve(
             break
         change = solve(residual)
         size = float(np.abs(change).max(initial=0.0)) / max(1.0, float(np.abs(T).max()))
-        if size < finest or 0.1 * last < size < 1e-10:
+        if size < 4e-16 or 0.1 * last < size < 1e-10:
             return point, solve, fault(system, point, t)
         lowest = COOLED * T[free] if i < CAREFUL else -inf
         T = T.copy()
         T[free] = np.maximum(T[free] - change, lowest)
-        if size > SLOW * last:
+        if size <= system.accuracy:
+            point = evaluate(system, T, t, source)
+            return point, solve, fault(system, point, t)
+        if size > slow * last:
             solve = system.factorise(T, t, tau)
         last = size
-    return point, solve, f"t = {t:g} s: the heat network did not converge"
+    why = system.trouble or "the heat network did not converge"
+    return point, solve, f"t = {t:g} s: {why}"
