@@ -1,16 +1,18 @@
 """Large systems of heat: GMRES (Saad & Schultz 1986), preconditioned by algebraic multigrid.
 
-Smoothed aggregation (Vaněk, Mandel & Brezina 1996) by PyAMG. Its near-null space is the constant
-temperature. The hierarchy is kept over iterations, steps and step sizes until it has cost as many
-iterations as a new one is worth. GMRES minimises the preconditioned residual, which is an error in
-kelvin at every node, be its heat capacity large or small; it takes the tangent as it is, which
-k(T) makes slightly unsymmetric.
+Smoothed aggregation (Vaněk, Mandel & Brezina 1996), whose near-null space is the constant
+temperature, serves cells of like sides; classical multigrid (Ruge & Stüben 1987) serves thin ones;
+both are PyAMG's. The second is taken where the first is slow. The hierarchy is kept over
+iterations, steps and step sizes until it has cost as many iterations as a new one is worth.
 
+GMRES minimises the preconditioned residual, which is an error in kelvin at every node, be its heat
+capacity large or small; it takes the tangent as it is, which k(T) makes slightly unsymmetric.
 Everything sums in a fixed order: results do not depend on the number of threads.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from math import inf
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array, csr_matrix
@@ -23,6 +25,7 @@ Operator = Callable[[Array], Array]
 REDUCTION = 1e-3  # of the error, by one solve
 HONEST = 10.0  # times that: what the residual over the diagonal may leave
 ITERATIONS = 150  # of one solve
+FEW = 12  # iterations beyond which the other kind of hierarchy is tried
 SURPLUS = 15  # iterations beyond those of a fresh hierarchy that a new one is worth
 
 
@@ -33,7 +36,7 @@ class Multigrid:
     ----------
     accuracy, refresh, trouble : see ``Linear``
     iterations : int  of the last solve
-    built : int  hierarchies so far
+    built : list  kinds of hierarchies so far
     fallen_back : bool  multigrid did not converge; systems are solved directly
     """
 
@@ -43,8 +46,10 @@ class Multigrid:
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:
         self._rows = Compressed(n, free, rows, columns)
         self._cycle: Operator | None = None
+        self._fresh = True
         self._least = self._surplus = 0
-        self.iterations = self.built = 0
+        self._most: dict[str, float] = dict.fromkeys(KINDS, FEW)
+        self.iterations, self.built = 0, list[str]()
         self.fallen_back, self.trouble = False, ""
 
     def factorise(self, values: Array) -> Operator:
@@ -58,32 +63,34 @@ class Multigrid:
         return lambda r: balanced(self._solve(A, diagonal, r), r, sums)
 
     def _solve(self, A: csr_array, diagonal: Array, r: Array) -> Array:
-        """By the hierarchy at hand, a new one, or directly."""
+        """By the hierarchy at hand, by new ones, or directly."""
         if not r.any():
             return np.zeros_like(r)
-        for _ in range(2):
-            fresh = self._cycle is None
-            if self._cycle is None:
-                self._cycle = _hierarchy(A)
-                self.built += 1
-            x, self.iterations, converged = gmres(A, r, self._cycle)
+        while self._cycle is not None or min(self._most.values()) < inf:
+            cycle = self._cycle or self._build(A)
+            x, self.iterations, converged = gmres(A, r, cycle)
             if converged and _honest(A, diagonal, r, x):
-                self._count(fresh)
+                self._count()
                 return x
             self._cycle = None
-            if fresh:
-                break
-        return self._directly(A, r)
-
-    def _count(self, fresh: bool) -> None:
-        if fresh:
-            self._least, self._surplus = self.iterations, 0
-        self._least = min(self._least, self.iterations)
-        self._surplus += self.iterations - self._least
-
-    def _directly(self, A: csr_array, r: Array) -> Array:
+            if self._fresh:
+                self._most[self.built[-1]] = inf
         self.fallen_back = True
         return splu(A.tocsc()).solve(r)
+
+    def _build(self, A: csr_array) -> Operator:
+        """A hierarchy of the kind that took the fewer iterations."""
+        kind = min(self._most, key=lambda kind: self._most[kind])
+        self._cycle, self._fresh, self._most[kind] = KINDS[kind](A), True, 0
+        self.built.append(kind)
+        return self._cycle
+
+    def _count(self) -> None:
+        taken, kind = self.iterations, self.built[-1]
+        self._least = taken if self._fresh else min(self._least, taken)
+        self._surplus = 0 if self._fresh else self._surplus + taken - self._least
+        self._most[kind] = max(self._most[kind], taken)
+        self._fresh = False
 
 
 def balanced(x: Array, r: Array, sums: Array) -> Array:
@@ -162,17 +169,30 @@ def _norm(v: Array) -> float:
     return float(np.sqrt(np.einsum("i,i", v, v)))
 
 
-def _hierarchy(A: csr_array) -> Operator:
-    """A V-cycle of smoothed aggregation; bounds of the spectrum from row sums, nothing random."""
+def _aggregation(A: csr_array) -> Operator:
+    """Smoothed aggregation; bounds of the spectrum from row sums, nothing random."""
     from pyamg import smoothed_aggregation_solver
 
-    levels = smoothed_aggregation_solver(
-        csr_matrix(A),
-        smooth=("jacobi", {"omega": 4.0 / 3.0, "weighting": "local"}),
-        presmoother=("gauss_seidel", {"sweep": "forward"}),
-        postsmoother=("gauss_seidel", {"sweep": "backward"}),
-        max_coarse=50,
-        coarse_solver="splu",
-    )
-    cycle = levels.aspreconditioner(cycle="V")
-    return cycle.matvec
+    smooth = ("jacobi", {"omega": 4.0 / 3.0, "weighting": "local"})
+    return _cycle(smoothed_aggregation_solver(csr_matrix(A), smooth=smooth, **CYCLE))
+
+
+def _classical(A: csr_array) -> Operator:
+    """Coarser only along strong connections, such as through thin cells."""
+    from pyamg import ruge_stuben_solver
+
+    strength = ("classical", {"theta": 0.7, "norm": "min"})
+    return _cycle(ruge_stuben_solver(csr_matrix(A), strength=strength, **CYCLE))
+
+
+def _cycle(levels: Any) -> Operator:
+    return levels.aspreconditioner(cycle="V").matvec
+
+
+CYCLE = {
+    "presmoother": ("gauss_seidel", {"sweep": "forward"}),
+    "postsmoother": ("gauss_seidel", {"sweep": "backward"}),
+    "max_coarse": 50,
+    "coarse_solver": "splu",
+}
+KINDS = {"aggregation": _aggregation, "classical": _classical}

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermal.compressed import Array, Compressed, Indices
+from thermal.multigrid import REDUCTION, balanced
 
 NAMED = "THERMOBODY_PETSC_PYTHON"
 DEBIAN, DEBIAN_BUILDS = "/usr/bin/python3", "/usr/lib/petscdir/*/*real*"
@@ -31,7 +32,6 @@ assert PETSc.ScalarType().dtype == float and PETSc.IntType().itemsize == 4
 """
 MEMORY = "/dev/shm"
 SERVER = Path(__file__).parent / "petsc_server.py"
-REDUCTION = 1e-3  # of the error, by one solve
 ITERATIONS = 200  # of one solve
 PATIENCE = 1800.0  # [s] for an answer
 
@@ -56,8 +56,9 @@ class Petsc:
 
     def factorise(self, values: Array) -> Callable[[Array], Array]:
         """Solver of linear systems with the matrix."""
-        data = self._rows.data(values)
-        return lambda r: self._solve(data, r)
+        A = self._rows.matrix(values)
+        sums = A.T @ np.ones(A.shape[0])
+        return lambda r: balanced(self._solve(A.data, r), r, sums)
 
     def _solve(self, data: Array, r: Array) -> Array:
         try:
