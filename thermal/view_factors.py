@@ -20,6 +20,8 @@ Indices = NDArray[np.intp]
 TOLERANCE = 1e-10  # of each pair of edges, over the smaller area of the two facets
 FLAT = 1e-6  # height of a corner over the plane of the others, over the size of the facet
 RAYS = 256
+SCALINGS = 100
+ROUND_OFF = 1e-15
 
 
 class Facets(NamedTuple):
@@ -73,17 +75,22 @@ def polygon_areas(polygons: Sequence[Array]) -> Array:
 
 
 def adjusted(exchange: Array, sums: Array) -> Array:
-    """The symmetric exchange areas nearest to given ones that have given sums of rows.
+    """Symmetric exchange areas near given ones that have given sums of rows.
 
-    Changes are weighted by the values themselves, so that what is zero stays zero and small ones
-    change little (Larsen & Howell 1986): G_ij (1 + l_i + l_j).
+    Rows and columns are scaled alike until it is so (Sinkhorn & Knopp 1967): what is zero stays
+    zero, and all stays positive. Where no scaling can do it, as of two facets that see but one
+    another and have different sums, the last of ``SCALINGS`` is as near as it comes.
 
     exchange : (n, n) float [m^2], sums : (n,) float [m^2]
     """
-    lacking = sums - exchange.sum(1)
-    matrix = exchange + np.diag(exchange.sum(1))
-    multipliers = np.linalg.lstsq(matrix, lacking, rcond=None)[0]
-    return exchange * np.maximum(0.0, 1.0 + multipliers[:, None] + multipliers[None, :])
+    found = exchange.copy()
+    for _ in range(SCALINGS):
+        rows = found.sum(1)
+        scale = np.sqrt(np.divide(sums, rows, out=np.ones_like(rows), where=rows > 0.0))
+        found *= scale[:, None] * scale[None, :]
+        if np.abs(scale - 1.0).max(initial=0.0) < ROUND_OFF:
+            break
+    return found
 
 
 def arc_factors(widths: Array) -> Array:
