@@ -28,8 +28,17 @@ NEAR_FACET = 1.5  # longest edges within which facets cast none on their own bod
 POINT_SUN = 1e-9  # [rad]  least radius of the disc
 CAP_STRIPS = 12  # of the quadrature over the half ellipse at the end of a tube
 STEEP = 10.0  # radii of the disc within which a tube points to the sun, and is met by rays
-RAYS, GOLDEN = 127, pi * (3.0 - sqrt(5.0))  # spiral of Vogel (1979)
+RAYS, GOLDEN = 127, pi * (3.0 - sqrt(5.0))
 CELLS_PER_PIECE, MOST_CELLS = 4, 4_000_000
+
+
+def _spiral(n: int) -> Array:
+    """(n, 2)  points spread evenly over the unit disc (Vogel 1979)."""
+    out, turn = np.sqrt((np.arange(n) + 0.5) / n), GOLDEN * np.arange(n)
+    return np.stack([out * np.cos(turn), out * np.sin(turn)], axis=1)
+
+
+SPIRAL = _spiral(RAYS)
 
 
 class Tubes(NamedTuple):
@@ -404,9 +413,10 @@ def _by_rays(ax, ay, az, tx, ty, tz, length, r, free_a, free_b, alpha):
     foot, entering = -(ax * tx + ay * ty + az * tz), 0
     ox, oy, oz = -ax - foot * tx, -ay - foot * ty, -az - foot * tz
     c = ox * ox + oy * oy + oz * oz - r * r
+    if c >= 0.0 and oz > 1.01 * alpha * sqrt(ox * ox + oy * oy):  # all of the disc leads away
+        return 0.0
     for i in range(RAYS):
-        out, turn = alpha * sqrt((i + 0.5) / RAYS), GOLDEN * i
-        dx, dy = out * np.cos(turn), out * np.sin(turn)
+        dx, dy = alpha * SPIRAL[i, 0], alpha * SPIRAL[i, 1]
         along = dx * tx + dy * ty + tz
         px, py, pz = dx - along * tx, dy - along * ty, 1.0 - along * tz
         a, b = px * px + py * py + pz * pz, px * ox + py * oy + pz * oz
