@@ -8,7 +8,7 @@ last batch have no volume. A property is its ``Curve`` as arrays: knots, origins
 import numpy as np
 from numba import njit
 
-BATCH = 16
+BATCH = 32
 
 
 @njit(cache=True)
