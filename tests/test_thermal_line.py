@@ -1,5 +1,6 @@
 """Heat on lines: basis, assembly, tangent, orders, closed forms, balance."""
 
+from dataclasses import replace
 from math import exp, inf, pi, sqrt
 
 import numpy as np
@@ -8,12 +9,14 @@ from heat_cases import RADIUS, THICKNESS, everything, member, plain, ramp, still
 from scipy.integrate import quad, solve_bvp, solve_ivp
 from scipy.sparse import coo_array
 from scipy.special import erfc
+from slopes import slopes
 
 from meshes.sections import circle, rectangle, tube
 from thermal.boundary import STEFAN_BOLTZMANN, Moment
 from thermal.circumference import cardinal, half_cosine_loads
 from thermal.description import (
     Description,
+    Film,
     Fixed,
     Flux,
     Link,
@@ -25,6 +28,7 @@ from thermal.description import (
     Wall,
 )
 from thermal.line import LineHeat, facing
+from thermal.pattern import Pattern, block_entries
 from thermal.profiles import absorbing_widths
 from thermal.sdirk import GAMMA
 
@@ -114,6 +118,98 @@ def test_tangent_is_the_derivative():
     solve = solver.factorise(T, Moment(t, {}), tau)
     tangent = np.linalg.inv(np.column_stack([solve(u) for u in np.eye(len(solver.free))]))
     np.testing.assert_allclose(tangent, np.array(columns).T, atol=1e-8 * abs(tangent).max())
+
+
+def everywhere():
+    """Everything, with mean and gradients of the bar and conditions on all faces."""
+    d = everything()
+    bar = replace(d.members[1], wall_points=3)
+    conditions = [
+        Film("bore", "boom", still(5.0), ramp(300.0, 330.0, 4.0), "inner"),
+        Radiation("tip", "bar", 0.5, still(250.0), "end"),
+        Flux("lamp", "bar", ramp(0.0, 400.0, 3.0), np.array([-1.0, 0.3, 0.2]), "end"),
+        Flux("side", "bar", ramp(0.0, 400.0, 3.0), np.array([0.1, 0.3, 0.2])),
+        Film("breeze", "boom", still(3.0), still(290.0), "start"),
+        Source("inside", Place("bar"), still(3.0)),
+    ]
+    link = Link("strap", Place("boom"), Place("bar"), 0.4)
+    return replace(d, members=(d.members[0], bar), links=(*d.links, link),
+                   conditions=(*d.conditions, *conditions))  # fmt: skip
+
+
+def test_tangent_with_all_faces_and_gradients_is_the_derivative():
+    solver = LineHeat(everywhere())
+    rng = np.random.default_rng(3)
+    T, tau, t = solver.initial() + 20.0 * rng.standard_normal(len(solver.x)), 37.0, 2.5
+
+    def balance(T):
+        return solver.space.heat(T) - tau * solver.power(T, Moment(t, {}))[0]
+
+    expected = slopes(balance, T, 0.1)[np.ix_(solver.free, solver.free)]
+    b = rng.standard_normal(len(solver.free))
+    found = solver.factorise(T, Moment(t, {}), tau)(b)
+    np.testing.assert_allclose(expected @ found, b, atol=2e-8)
+
+
+def test_heat_balance_with_all_faces_and_gradients_closes():
+    solver = LineHeat(everywhere())
+    T, rng = solver.initial(), np.random.default_rng(4)
+    for i in range(10):
+        heat = rng.uniform(0.0, 5.0, len(T))
+        new, flows, why = solver.advance(T, 0.4 * i, 0.4, heat)
+        assert why == ""
+        stored = solver.energy(new) - solver.energy(T)
+        largest = max(*map(abs, flows.values()), heat.sum())
+        assert abs(sum(flows.values()) + heat.sum() - stored) < 1e-11 * largest
+        T = new
+
+
+def pattern_with_hubs(n, hubs, rng):
+    """Rows, columns and values of a chain of blocks that hubs and a few links tie together."""
+    chain = np.arange(n).reshape(-1, 4)
+    blocks = [np.hstack([chain[:-1], chain[1:]])]
+    blocks += [
+        np.stack([np.full(60, hub), rng.integers(0, n, 60)], 1) for hub in n + np.arange(hubs)
+    ]
+    rows, columns = block_entries([*blocks, np.arange(n + hubs)[:, None]])
+    values = rng.uniform(-1.0, 0.0, len(rows))
+    values[-n - hubs :] = 80.0
+    return rows, columns, values
+
+
+@pytest.mark.parametrize("hubs", [0, 1, 5])
+def test_solution_within_an_envelope_is_that_of_the_dense_matrix(hubs):
+    """Unsymmetric matrices; hubs stand apart, given temperatures are left out."""
+    rng = np.random.default_rng(hubs)
+    n = 200 + hubs
+    rows, columns, values = pattern_with_hubs(200, hubs, rng)
+    shuffled = rng.permutation(n)
+    rows, columns = shuffled[rows], shuffled[columns]
+    free = np.setdiff1d(np.arange(n), shuffled[:13])
+    pattern = Pattern(n, free, rows, columns)
+    dense = np.zeros((n, n))
+    np.add.at(dense, (rows, columns), values)
+    dense = dense[np.ix_(free, free)]
+    np.testing.assert_allclose(pattern.matrix(values).toarray(), dense, atol=1e-14)
+    solve = pattern._within_band(values)
+    assert solve is not None
+    assert len(pattern._banded[0]._order.border) == hubs
+    for _ in range(2):
+        b = rng.standard_normal(len(free))
+        np.testing.assert_allclose(solve(b), np.linalg.solve(dense, b), rtol=1e-10)
+
+
+def test_matrices_that_need_pivots_are_left_to_superlu():
+    """A zero on the diagonal: no pivot there, yet a solution; none at all gives nan."""
+    n = 60
+    rows = np.concatenate([np.arange(n), np.arange(n - 1), np.arange(1, n)])
+    columns = np.concatenate([np.arange(n), np.arange(1, n), np.arange(n - 1)])
+    values = np.concatenate([np.zeros(n), np.ones(n - 1), np.ones(n - 1)])
+    pattern, b = Pattern(n, np.arange(n), rows, columns), np.arange(1.0, n + 1)
+    matrix = pattern.matrix(values)
+    assert pattern._within_band(values) is None
+    np.testing.assert_allclose(matrix @ pattern.factorise(values)(b), b, rtol=1e-12)
+    assert np.isnan(pattern.factorise(0.0 * values)(b)).all()
 
 
 def test_large_models_use_the_same_matrix_in_sparse_form():
@@ -273,6 +369,45 @@ def test_shock_is_damped_and_cools_nobody():
         T, _ = run(LineHeat(Description((member(wall_points=4),), conditions=(step,))), h)
         assert T.min() > 300.0 - 1e-9
         assert (np.diff(T[::4]) <= 1e-9).all()
+
+
+def after_cold_shock(n, elements, fourier, settings):
+    """Temperatures after 300 K met 200 K at the start, for ``fourier`` h^2 / D per step."""
+    cold = Fixed("cold", Place("arm", "start"), still(200.0))
+    section = rectangle(0.02, 0.01) if n == 3 else None
+    arm = member(elements=elements, wall_points=n, section=section, material=varying())
+    solver = LineHeat(Description((arm,), conditions=(cold,)), settings)
+    step = fourier / elements**2 * 2700.0 * 896.0 / 167.0
+    T, _, why = solver.advance(
+        solver.initial(), 0.0, step * (settings.steps or 1), np.zeros(len(solver.x))
+    )
+    assert why == ""
+    return T
+
+
+@pytest.mark.parametrize("n", [1, 3, 4, 8])
+@pytest.mark.parametrize("elements", [1, 7, 40])
+def test_no_cold_shock_undershoots(n, elements):
+    """Lumped at stations: backward Euler stays within the boundaries at any step, k(T) and c(T);
+    SDIRK2 at any interval by its error control, within the tolerance."""
+    for fourier in 10.0 ** np.arange(-6.0, 7.0, 3.0):
+        for steps in (1, 3):
+            T = after_cold_shock(n, elements, fourier, Settings(inf, "backward-euler", steps))
+            assert 200.0 - 1e-10 < T.min() <= T.max() < 300.0 + 1e-10
+    for fourier in (1e-6, 0.1, 1e3):
+        T = after_cold_shock(n, elements, fourier, Settings(1e-3))
+        assert 200.0 - 1e-3 < T.min() <= T.max() < 300.0 + 1e-3
+
+
+def test_equal_steps_of_sdirk2_undershoot_only_when_they_are_long():
+    """Its amplification (1 + (1 - 2 gamma) z) / (1 - gamma z)^2 turns negative below z = -2.41;
+    the stiffest mode of a bar has z = -4 Fo. Without error control long steps undershoot."""
+    for fourier in (0.01, 0.3, 0.6):
+        for steps in (1, 3):
+            T = after_cold_shock(1, 20, 0.69 * fourier, Settings(inf, "sdirk2", steps))
+            assert 200.0 - 1e-10 < T.min() <= T.max() < 300.0 + 1e-10
+    T = after_cold_shock(1, 20, 1e4, Settings(inf, "sdirk2", 1))
+    assert 165.0 < T.min() < 190.0
 
 
 def test_huge_step_of_a_decay_leaves_nothing():
