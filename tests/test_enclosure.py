@@ -1,17 +1,32 @@
 """Exchange between grey faces: closed forms, balance, tangent, tubes inside."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from heat_cases import member, plain, still
 
 from meshes.sections import tube
+from meshes.surfaces import plate as rectangle
 from thermal.boundary import Moment
-from thermal.description import Description, Enclosure, Fixed, Flux, Part, Place, Radiation, Side
+from thermal.description import (
+    Description,
+    Enclosure,
+    Fixed,
+    Flux,
+    Part,
+    Place,
+    Radiation,
+    Sheet,
+    Side,
+)
 from thermal.discretisation import Block
 from thermal.enclosure import enclosure, problems
 from thermal.heat import Heat
 from thermal.lumps import LumpSpace
 from thermal.solvers import build
+from thermal.view_factors import exchange_areas, polygon_areas
 
 SIGMA = 5.670374419e-8
 NOW = Moment(0.0, {})
@@ -349,3 +364,49 @@ def test_a_sunlit_tube_is_smoothed_by_exchange_inside(name):
     lost = 167.0 * thickness / radius + h * (e_out * outer + 4 * e_in / (4 - e_in) * inner_radius)
     wave = 2 / n * (T[solver.regions["boom"]][:n] - 300.0) @ np.cos(phi)
     assert wave == pytest.approx(0.5 * q * outer / lost, rel=1e-2)
+
+
+# ------------------------------------------------------------------- facets of every solver
+
+
+def boom_over_plate():
+    """A warm tube over a cold plate, grey, with surroundings at 300 K."""
+    boom = member("boom", 0.4, 3, 12, material=plain(), initial=400.0)
+    flat = rectangle(0.4, 0.2, 8, 4)
+    surface = replace(flat, points=flat.points + np.array([0.0, -0.1, -0.1]))
+    sheet = Sheet("panel", surface, 1e-3, plain(), 300.0)
+    sides = [Side("boom"), Side("panel", "top")]
+    c = Enclosure("gap", sides, [0.9, 0.6], None, still(300.0))
+    return Description((boom,), conditions=(c,), sheets=(sheet,))
+
+
+def test_tube_over_a_plate_by_every_solver():
+    """What is lost to the sink in 100 s, and the rise of the panel, agree; all heat is there."""
+    lost, rise = {}, {}
+    for name in ("line", "hermite", "wall", "lumped", "solid"):
+        solver = build(name, boom_over_plate())
+        start = solver.initial()
+        T, flows, why = solver.advance(start, 0.0, 100.0, np.zeros(len(start)))
+        assert why == ""
+        stored = solver.energy(T) - solver.energy(start)
+        assert abs(stored - flows["gap"]) < 1e-11 * solver.energy(start)
+        lost[name] = flows["gap"]
+        rise[name] = T[solver.regions["panel"]].mean() - 300.0
+    assert list(lost.values()) == pytest.approx([lost["solid"]] * 5, rel=5e-3)
+    assert list(rise.values()) == pytest.approx([rise["solid"]] * 5, rel=0.02), rise
+    assert lost["solid"] < -5e3
+    assert rise["solid"] > 5.0
+
+
+def test_a_cylinder_over_a_strip():
+    """Long black tube at height a over a strip from 0 to b: F = atan(b/a)/(2 pi) (Howell C-67)."""
+    n, length, a, b = 16, 20.0, 0.1, 0.15
+    phi = 2.0 * np.pi / n * (np.arange(n + 1) - 0.5)
+    ring = 0.05 / np.cos(np.pi / n) ** 0.5 * np.stack([np.cos(phi), np.sin(phi)], axis=1)
+    tube_quads = [
+        np.array([[0, *p], [0, *q], [length, *q], [length, *p]]) for p, q in pairwise(ring)
+    ]
+    strip = np.array([[0, 0, -a], [length, 0, -a], [length, b, -a], [0, b, -a]])
+    exchange = exchange_areas([*tube_quads, strip])[-1, :-1].sum()
+    area = polygon_areas(tube_quads).sum()
+    assert exchange / area == pytest.approx(np.arctan(b / a) / (2 * np.pi), rel=1e-2)
