@@ -1,6 +1,6 @@
 """Run times of line networks: what one nonlinear iteration takes, and by whom it is solved."""
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -40,13 +40,13 @@ def ring(count, stations):
 
 
 def best(function, times=15):
-    """Shortest of several runs [s]: what the machine can do when left alone."""
+    """Shortest processor time of several runs [s]: others may be using the machine."""
     function()
     found = []
     for _ in range(times):
-        start = perf_counter()
+        start = process_time()
         function()
-        found.append(perf_counter() - start)
+        found.append(process_time() - start)
     return min(found)
 
 
