@@ -16,15 +16,17 @@ from meshes.io import read, write
 from meshes.materials import constant
 from meshes.mesh import Mesh
 from meshes.sections import circle, general, rectangle, tube
-from meshes.solids import ORDER, bore, box, pin, tetrahedra
+from meshes.solids import ORDER, bore, box, pin, pin_and_bore, tetrahedra
 from thermal.boundary import STEFAN_BOLTZMANN, Boundary, Moment
 from thermal.description import (
     Description,
+    Enclosure,
     Faces,
     Field,
     Film,
     Fixed,
     Flux,
+    Interface,
     Link,
     Member,
     Part,
@@ -42,6 +44,7 @@ from thermal.layout import GivenField
 from thermal.line import LineHeat
 from thermal.solid import SolidHeat, SolidSpace
 from thermal.solid_elements import CONDUCTION, STORAGE, geometry, shape
+from thermal.wall import WallHeat
 
 FAMILY = pytest.mark.parametrize("family", list(ORDER))
 CUBE = (1.0, 1.0, 1.0)
@@ -362,6 +365,44 @@ def test_layers_of_different_materials_are_resistances_in_series():
     assert -heat.space.power(T)[bottom].sum() == pytest.approx(flow, rel=1e-9)
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_pin_in_its_bore_is_a_resistance_of_the_gap_and_one_of_the_bush(order):
+    inside, outside = pin_and_bore(0.01, 1e-5, 0.02, 0.03, 24, 2, 2, order)
+    bodies = [solid(inside, plain(1e4), "pin"), solid(outside, plain(), "bore")]
+    d = Description(
+        solids=bodies,
+        interfaces=[Interface("gap", Side("pin", "outer"), Side("bore", "inner"), 1000.0)],
+        conditions=[
+            Fixed("seat", Place("bore", "outer"), still(300.0)),
+            Source("heater", Place("pin"), still(10.0)),
+        ],
+    )
+    heat = SolidHeat(d)
+    T, _, why = heat.steady(heat.initial(), 0.0)
+    assert why == ""
+    gap = 10.0 / (1000.0 * 2 * np.pi * 0.01 * 0.03)
+    bush = 10.0 * np.log(0.02 / 0.01001) / (2 * np.pi * 167.0 * 0.03)
+    found = T[heat.space.place(Place("pin", "outer")).nodes].mean()
+    assert found == pytest.approx(300.0 + gap + bush, abs=0.03 if order == 1 else 0.005)
+
+
+def test_a_tube_that_radiates_into_itself_is_that_of_the_wall():
+    m = member("boom", 1.0, 6, 24, tube(0.1, 0.002), plain(5.0))
+    conditions = [
+        Enclosure("cavity", [Side("boom", "inner")], [0.8]),
+        Radiation("sky", "boom", 0.8, still(3.0)),
+        Flux("sun", "boom", still(1400.0), np.array([0.0, -1.0, 0.0])),
+    ]
+    d, ends = Description([m], conditions=conditions), []
+    for heat in (WallHeat(d), SolidHeat(d), SolidHeat(d, Settings(order=2))):
+        T, flows, why = heat.steady(heat.initial(), 0.0)
+        assert why == ""
+        assert abs(flows["cavity"]) < 1e-9
+        ends.append((T.min(), T.mean(), T.max()))
+    np.testing.assert_allclose(ends[1], ends[0], atol=1.5)  # chords are wider by 0.3 %
+    np.testing.assert_allclose(ends[2], ends[0], atol=1.5)
+
+
 @pytest.mark.parametrize("section", [circle(0.01), rectangle(0.02, 0.01), tube(0.01, 0.002)])
 @pytest.mark.parametrize("order", [1, 2])
 def test_thin_members_are_lines(section, order):
@@ -593,6 +634,60 @@ def test_meshes_of_files_are_solved_as_those_made(tmp_path, family):
     tip = T[heat.space.place(Place("block", "z1")).nodes].mean()
     assert k * (350.0 - tip) == pytest.approx(-flows["sky"], rel=1e-6)
     assert tip < 350.0
+
+
+GMSH = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+2 1 "base"
+2 2 "sides"
+3 3 "body"
+$EndPhysicalNames
+$Entities
+0 0 3 1
+1 0 0 0 1 1 0 1 1 0
+2 0 0 0 1 0 1 1 2 0
+3 0 0 0 1 1 1 1 2 0
+1 0 0 0 1 1 1 1 3 3 1 2 3
+$EndEntities
+$Nodes
+1 5 1 5
+3 1 0 5
+1
+2
+3
+4
+5
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+9 9 9
+$EndNodes
+$Elements
+4 4 1 4
+2 1 2 1
+1 1 3 2
+2 2 2 1
+2 1 2 4
+2 3 2 1
+3 2 3 4
+3 1 4 1
+4 1 2 3 4
+$EndElements
+"""
+
+
+def test_physical_groups_of_gmsh_are_faces_and_nodes_of_no_cell_are_left_out(tmp_path):
+    (tmp_path / "one.msh").write_text(GMSH)
+    s = space(Solid("block", read(tmp_path / "one.msh"), {"body": plain()}, 300.0))
+    assert len(s.x) == 4
+    areas = {n: sum(b.areas.sum() for b in s.face(Side("block", n))) for n in ("base", "sides")}
+    assert areas == pytest.approx({"base": 0.5, "sides": 0.5 + 0.5 * np.sqrt(3.0)})
+    (base,) = s.face(Side("block", "base"))
+    np.testing.assert_allclose(base.normals[0, 0], [0.0, 0.0, -1.0], atol=1e-15)
 
 
 # --- refusals -----------------------------------------------------------------------------------

@@ -71,7 +71,8 @@ def _functions(family: str, X: Array) -> tuple[Array, Array]:
     pairs = [element.lbasis(X, int(i)) for i in order]
     values = np.stack([np.broadcast_to(v, X.shape[1:]) for v, _ in pairs], axis=-1)
     slopes = [np.stack([np.broadcast_to(g, X.shape[1:]) for g in G]) for _, G in pairs]
-    return values, np.stack(slopes, axis=-1).transpose(1, 2, 0)
+    ordered = np.stack(slopes, axis=-1).transpose(1, 2, 0)
+    return np.ascontiguousarray(values), np.ascontiguousarray(ordered)
 
 
 def reference(family: str) -> Array:

@@ -79,15 +79,13 @@ Filled = Sequence[tuple[Filling, Array]]
 
 def pattern(fillings: Sequence[Filling], n: int) -> Pattern:
     """Every pair of nodes that share a cell."""
-    total = csr_array((n, n), dtype=np.int8)
-    for filling in fillings:
-        cells = filling.cells
+    total = csr_array((n, n), dtype=np.int32)
+    for family in dict.fromkeys(f.family for f in fillings):
+        cells = np.concatenate([f.cells for f in fillings if f.family == family])
         starts = np.arange(0, cells.size + 1, cells.shape[1])
-        ones = np.ones(cells.size, dtype=np.int8)
+        ones = np.ones(cells.size, dtype=np.int32)
         uses = csr_array((ones, cells.ravel(), starts), shape=(len(cells), n))
-        product = (uses.T @ uses).tocsr()
-        product.data = np.ones(len(product.data), dtype=np.int8)
-        total = total + product
+        total = total + (uses.T @ uses).tocsr()
     total.sort_indices()
     return Pattern(total.indptr.astype(np.int32), total.indices.astype(np.int32))
 
