@@ -26,7 +26,8 @@ REDUCTION = 1e-3  # of the error, by one solve
 HONEST = 10.0  # times that: what the residual over the diagonal may leave
 ITERATIONS = 150  # of one solve
 FEW = 12  # iterations beyond which the other kind of hierarchy is tried
-SURPLUS = 15  # iterations beyond those of a fresh hierarchy that a new one is worth
+SURPLUS = 15  # iterations in excess that a new hierarchy is worth
+SLACK = 2  # iterations more than the least so far that are no excess yet
 
 
 class Multigrid:
@@ -88,7 +89,7 @@ class Multigrid:
     def _count(self) -> None:
         taken, kind = self.iterations, self.built[-1]
         self._least = taken if self._fresh else min(self._least, taken)
-        self._surplus = 0 if self._fresh else self._surplus + taken - self._least
+        self._surplus = 0 if self._fresh else self._surplus + max(0, taken - self._least - SLACK)
         self._most[kind] = max(self._most[kind], taken)
         self._fresh = False
 
