@@ -4,12 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heat_cases import varying
+from heat_cases import member, plain, still, varying
 
+from meshes.sections import rectangle
+from meshes.solids import bore, pin
+from meshes.surfaces import plate as surface
 from thermal.boundary import Moment
-from thermal.description import Interface, Side
+from thermal.description import Description, Fixed, Interface, Place, Sheet, Side, Solid
 from thermal.discretisation import Block
 from thermal.interface import Pressed
+from thermal.solid import SolidSpace
+from thermal.solvers import build
 
 SIGMA = 5.670374419e-8
 NOW = Moment(0.0, {})
@@ -121,3 +126,64 @@ def test_faces_that_do_not_meet_are_refused():
     beside, _ = square(2, len(xa), False, offset=(5.0, 0.0))
     with pytest.raises(ValueError, match="does not lie on"):
         Pressed(TOUCH, a, beside)
+
+
+# ---------------------------------------------------------------------------- by solvers
+
+ENDS = Place("one", "end"), Place("two", "start")
+
+
+@pytest.mark.parametrize("name", ["line", "hermite", "lumped", "solid"])
+def test_two_bars_pressed_end_to_end(name):
+    """Steady: the two halves and the contact are resistances in a row."""
+    one = member("one", 0.5, 4, material=plain(), section=rectangle(0.02, 0.02))
+    two = member("two", 0.5, 4, material=plain(), section=one.section, start=(0.5, 0.0, 0.0))
+    touch = Interface("touch", Side("one", "end"), Side("two", "start"), 300.0)
+    conditions = (
+        Fixed("hot", Place("one", "start"), still(400.0)),
+        Fixed("cold", Place("two", "end"), still(300.0)),
+    )
+    d = Description((one, two), conditions=conditions, interfaces=(touch,))
+    solver = build(name, d)
+    T, _, why = solver.steady(solver.initial(), 0.0)
+    assert why == ""
+    flux = 100.0 / (2 * 0.5 / 167.0 + 1.0 / 300.0)
+    ends = [T[m.nodes] @ m.weights for m in map(solver.space.place, ENDS)]
+    assert ends[0] - ends[1] == pytest.approx(flux / 300.0, rel=1e-9)
+    end, flows, _ = solver.advance(T, 0.0, 10.0, np.zeros_like(T))
+    assert flows["hot"] == pytest.approx(flux * 4e-4 * 10.0, rel=1e-8)
+    np.testing.assert_allclose(end, T, rtol=1e-9)
+
+
+def test_a_pin_in_a_bush_whose_meshes_do_not_match():
+    """Even temperatures, touching all round: power is h A dT of the smaller face, the pin's."""
+    pin_mesh, bush_mesh = pin(0.01, 0.03, 12, 2, 3), bore(0.0101, 0.02, 0.03, 20, 2, 4)
+    solids = (
+        Solid("pin", pin_mesh, {"": plain()}, 310.0),
+        Solid("bush", bush_mesh, {"": plain()}, 300.0),
+    )
+    space = SolidSpace(Description(solids=solids))
+    faces = [space.face(Side("pin", "outer")), space.face(Side("bush", "inner"))]
+    touch = Interface("fit", Side("pin", "outer"), Side("bush", "inner"), 1000.0)
+    term, T = Pressed(touch, *faces), space.start
+    area = sum(block.areas.sum() for block in faces[0])
+    out = power(term, T)
+    assert out[space.regions["bush"]].sum() == pytest.approx(1000.0 * area * 10.0, rel=1e-12)
+    assert area < sum(block.areas.sum() for block in faces[1])
+
+
+def test_two_plates_exchange_across_their_gap():
+    """Sheets, top on bottom: radiation factor and conductance."""
+    low, high = (
+        Sheet(n, surface(0.3, 0.2, *cells), 1e-3, plain(), T)
+        for n, cells, T in (("low", (3, 2), 320.0), ("high", (2, 3), 300.0))
+    )
+    touch = Interface("gap", Side("low", "top"), Side("high", "bottom"), 50.0, None, 0.4)
+    d = Description(sheets=(low, high), interfaces=(touch,))
+    solver = build("wall", d)
+    start = solver.initial()
+    T, flows, why = solver.advance(start, 0.0, 1e4, np.zeros_like(start))
+    assert why == ""
+    assert flows == {}
+    assert solver.energy(T) == pytest.approx(solver.energy(start), rel=1e-13)
+    np.testing.assert_allclose(T, 310.0, atol=1e-3)
