@@ -471,6 +471,17 @@ def test_every_temperature_belongs_to_something():
     np.testing.assert_array_equal(owned, np.arange(len(heat.x)))
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_sheet_is_known_by_the_nodes_of_its_surface_from_top_to_bottom(order):
+    surface = surfaces.tube(1.0, 2.0, 12, 3)
+    panel = Sheet("panel", surface, 0.1, plain(), 290.0)
+    s = SolidSpace(Description(sheets=[panel]), Settings(order=order, layers=2))
+    x = s.x[s.regions["panel"]].reshape(len(surface.points), 3, 3)
+    out = surface.points * [1.0, 1.0, 0.0]
+    for level, height in enumerate((0.05, 0.0, -0.05)):
+        np.testing.assert_allclose(x[:, level], surface.points + height * out, atol=1e-14)
+
+
 def test_faces_have_the_areas_and_normals_of_their_things():
     s = SolidHeat(everything()).space
     boom, panel = tube(0.05, 0.002), 0.5

@@ -155,10 +155,10 @@ class SolidSpace:
         return {m: nodes[np.unique(np.concatenate(parts))] for m, parts in found.items()}
 
     def _region(self, body: Body) -> Indices:
-        """Where a body takes in what is given to it by name: all of it, or where it rubs."""
+        """Where others look for a body by its name: all of it, or where it rubs."""
         rubbing = body.thing.rubbing if isinstance(body.thing, Solid) else None
         if not rubbing:
-            return self._nodes[body.name]
+            return self._nodes[body.name][body.listed]
         return self.place(Place(body.name, rubbing)).nodes
 
     def _prescribed(self, conditions: Sequence[Condition]) -> list[GivenTemperatures]:

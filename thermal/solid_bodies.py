@@ -48,6 +48,8 @@ class Body(NamedTuple):
     named : region of the boundary -> facet family -> nodes, as the mesh has them
     local : (m, 3) float  of members [m]: arclength and coordinates in the section; of sheets the
         last is the height, 0 at the bottom to 1 at the top; of solids nothing
+    listed : (k,) intp  nodes that others know under its name: of a sheet those over the nodes of
+        its surface, node by node from top to bottom; of others all
     """
 
     thing: Member | Sheet | Solid
@@ -57,6 +59,7 @@ class Body(NamedTuple):
     named: Mapping[str, Cells]
     skin: Skin
     local: Array
+    listed: Indices
 
     @property
     def name(self) -> str:
@@ -85,7 +88,16 @@ def sheet_body(s: Sheet, settings: Settings) -> Body:
     layer = np.arange(len(cells)) // len(s.surface.quads)
     for corner, up in enumerate(shape_heights(family)):
         local[cells[:, corner], 2] = (layer + up) / settings.layers
-    return _swept_body(s, mesh, "plane", local)
+    return _swept_body(s, mesh, "plane", local)._replace(listed=_over_nodes(s, cells))
+
+
+def _over_nodes(s: Sheet, cells: Indices) -> Indices:
+    quads = s.surface.quads
+    layers = cells.reshape(-1, len(quads), cells.shape[1])
+    table = np.empty((len(layers) + 1, len(s.surface.points)), np.intp)
+    for level, layer in enumerate(layers):
+        table[level, quads], table[level + 1, quads] = layer[:, :4], layer[:, 4:8]
+    return table[::-1].T.ravel()
 
 
 def shape_heights(family: str) -> Array:
@@ -118,7 +130,7 @@ def solid_body(s: Solid) -> Body:
         raise ValueError(_lines(s, [str(error)])) from None
     return Body(
         s, mesh.points, _fillings(s, mesh, owners, axes), _volumes(s.mesh, mesh),
-        _surfaces(s.mesh, place), boundary, np.zeros((len(used), 3)),
+        _surfaces(s.mesh, place), boundary, np.zeros((len(used), 3)), np.arange(len(used)),
     )  # fmt: skip
 
 
@@ -132,7 +144,7 @@ def _swept_body(thing: Member | Sheet, mesh: Mesh, directions: str, local: Array
     filling = Filling(family, mesh.cells[family], thing.material, directions)
     return Body(
         thing, mesh.points, [filling], {"": cells}, _surfaces(mesh, every),
-        skin(cells, len(every)), local,
+        skin(cells, len(every)), local, every,
     )  # fmt: skip
 
 
