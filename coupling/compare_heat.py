@@ -1,8 +1,8 @@
 """``thermobody compare-thermal``: the heat of a scene under every solver that can express it.
 
-Heat alone, at the pose of the start, in the windows of the scene; friction gives none. What the
-solvers make of it is compared where motion feels it: at the section temperatures, mean and
-gradients, of the mechanical points.
+Heat alone, at the pose of the start, in the windows of the scene; friction gives none, and joints
+with play do not touch. What the solvers make of it is compared where motion feels it: at the
+section temperatures, mean and gradients, of the mechanical points.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -204,10 +204,11 @@ def _outside(model: Model) -> Callable[[int], tuple[Any, ...]]:
     around = model.pair.surroundings
     if around is None:
         return lambda i: ()
-    state = model.initial()
+    solver: Any = model.pair.heat_solver
+    T = solver.initial()
 
     def both(i: int) -> tuple[Mapping[str, tuple[Array, Array]]]:
-        ends = [around.at((i + k) * model.window, state.motion, state.T) for k in (0, 1)]
+        ends = [around.at((i + k) * model.window, None, T) for k in (0, 1)]
         return ({name: (value, ends[1][name]) for name, value in ends[0].items()},)
 
     return both
@@ -228,7 +229,7 @@ def _result(scene: Scene, rows: Sequence[Row]) -> Result:
     standard = next(row.run for row in rows if not row.run.why and row.difference is None)
     notes = [
         f"differences from '{standard.solver}', at the section temperatures of all windows",
-        "heat alone at the pose of the start; friction gives no heat here",
+        "heat alone at the pose of the start: friction gives no heat, joints with play are open",
         "start: building and a first window, in which kernels are compiled; run: all windows",
     ]
     notes += [

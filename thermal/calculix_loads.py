@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 Outside = Mapping[str, tuple[Array, Array]]
 Facet = tuple[int, int]
 
+CLOSED = -1.0  # a sink below zero tells CalculiX to make the view factors of each facet sum to one
+
 
 class Window(NamedTuple):
     """A window and what comes from outside in it.
@@ -100,6 +102,7 @@ class Loads:
             for c in d.conditions
             if isinstance(c, Enclosure)
         ]
+        self._members = {m.name for m in d.members}
 
     def problems(self) -> list[str]:
         """Faces with two conditions of a kind of which CalculiX takes one."""
@@ -199,11 +202,18 @@ class Loads:
             loads += [f"{element},R{side},1.,{c.emissivity:.13e}" for element, side in facets]
         for i, (e, sides) in enumerate(self._enclosures):
             sink = np.zeros(len(window.times)) if e.sink is None else window.of(e.sink)
+            if self._is_long(e):
+                sink = np.full(len(window.times), CLOSED)
             amplitudes += amplitude_text(f"ES{i}", window.times, sink)
             loads.append(f"*RADIATE,AMPLITUDE=ES{i},CAVITY=C{i:02d}")
             for facets, emissivity in zip(sides, e.emissivities, strict=True):
                 loads += [f"{el},R{side}CR,1.,{emissivity:.13e}" for el, side in facets]
         return amplitudes, loads
+
+    def _is_long(self, e: Enclosure) -> bool:
+        """Whether it is the inside of a tube, whose stations exchange each with itself."""
+        (first, *others) = e.sides
+        return not others and first.face == "inner" and first.thing in self._members
 
 
 def _add(total: dict[Facet, Array], patch: Patch, along: Array) -> None:
