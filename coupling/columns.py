@@ -114,6 +114,7 @@ STANDARD: dict[str, dict[str, Column]] = {
         "corners": Column("m", "of each facet, in the present pose"),
         "temperature": Column("K", "of each facet"),
         "light": Column("W/m^2", "absorbed by each facet: sun, reflected sun, planet"),
+        "parts": Column("W/m^2", "absorbed by parts of each facet, row by row", np.float32),
     },
     "sky": {
         "time": Column("s", "time"),

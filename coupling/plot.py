@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from coupling import contact_maps, contact_pictures, pictures
+from coupling import contact_maps, contact_pictures, light_pictures, pictures, skin_pictures
 from coupling.clocks import analysis_of
 from coupling.contact_places import contact_groups, peak_force
 from coupling.overview import draw_overview
@@ -84,6 +84,7 @@ def _pictures(results: Results) -> Iterator[Picture]:
     bodies, kind = pictures.heated_bodies(results), analysis_of(results)
     if _runs_forward(results) and bodies and kind != "modes":
         yield Picture("temperature", pictures.draw_temperature, (11.0, 1.2 + 3.6 * len(bodies)))
+    yield from _light_pictures(results)
     probes = pictures.moving_probes(results)
     if kind == "statics" and probes:
         yield Picture("path", pictures.draw_path, (1.5 + 5.0 * len(probes), 5.5))
@@ -99,6 +100,18 @@ def _pictures(results: Results) -> Iterator[Picture]:
         yield Picture("energy", pictures.draw_energy, (10.0, 1.0 + 2.6 * rows))
     if _rows(results, "windows/time") > 1 and "windows/step_min" in results:
         yield Picture("steps", pictures.draw_steps, (9.0, 6.5))
+
+
+def _light_pictures(results: Results) -> Iterator[Picture]:
+    """Of recorded skins, and of sun and planet over time."""
+    if light_pictures.lit_skins(results):
+        yield Picture("light", light_pictures.draw_light, (12.8, 7.2))
+    rows = skin_pictures.map_rows(results)
+    if rows:
+        yield Picture("skin_temperature", skin_pictures.draw_maps, (13.0, 1.0 + 1.9 * rows))
+    if _rows(results, "sky/time") > 1 and light_pictures.powers(results):
+        height = 1.2 + 2.4 * light_pictures.sky_rows(results)
+        yield Picture("sky", light_pictures.draw_sky, (10.0, height))
 
 
 def _runs_forward(results: Results) -> bool:

@@ -15,10 +15,12 @@ from coupling.descriptions import line_bodies, shells
 from coupling.exposure import carried_by
 from coupling.heat_descriptions import LIGHT, region_of, side_of
 from coupling.scene import Scene
+from coupling.skin_shapes import small_facets
 from thermal.description import Side
 from thermal.discretisation import Block, Face, at_points
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 CORNERS = 4
 
@@ -28,15 +30,18 @@ class Skin(NamedTuple):
 
     light : name of its irradiation; None: it has none
     corners : Carried  (4 f,) points
+    order : (p,) of the points of a facet, as ``skin_shapes.small_facets`` cuts it; None: it has
+        one point, or not the same number everywhere
     """
 
     name: str
     face: Face
     light: str | None
     corners: Carried
+    order: Indices | None
 
     def row(self, T: Array, outside: Mapping[str, Array], q: Array) -> dict[str, Array]:
-        """Corners (f, 4, 3) [m], temperature (f,) [K], absorbed light (f,) [W/m^2]."""
+        """Corners (f, 4, 3) [m], temperature (f,) [K], absorbed light (f,), (f, p) [W/m^2]."""
         row = {
             "corners": self.corners.at(q)[0].reshape(-1, CORNERS, 3),
             "temperature": _over_facets(self.face, [at_points(b, T) for b in self.face]),
@@ -46,6 +51,8 @@ class Skin(NamedTuple):
             pieces = np.split(outside[self.light], sizes)
             shaped = [v.reshape(b.areas.shape) for v, b in zip(pieces, self.face, strict=True)]
             row["light"] = _over_facets(self.face, shaped)
+            if self.order is not None:
+                row["parts"] = np.concatenate(shaped)[:, self.order]
         return row
 
 
@@ -62,7 +69,8 @@ def skins(scene: Scene, heat_solver: Any, layout: Any) -> list[Skin]:
             light = lit.get(side)
             space = heat_solver.space
             face = space.face(side) if light is None else heat_solver.irradiated[light]
-            found.append(Skin(f"{name}.{side.face}", face, light, _carried(side, face, layout)))
+            carried = _carried(side, face, layout)
+            found.append(Skin(f"{name}.{side.face}", face, light, carried, _order(face)))
     return found
 
 
@@ -95,7 +103,24 @@ def _quads(block: Block) -> Array:
     return corners[:, :CORNERS]
 
 
+def _order(face: Face) -> Indices | None:
+    """Which point lies in each part of a facet, alike in all of them."""
+    counts = {block.areas.shape[1] for block in face}
+    parts = counts.pop()
+    if counts or parts == 1 or round(parts**0.5) ** 2 != parts:
+        return None
+    block = face[0]
+    centres = small_facets(_quads(block)[:1], parts)[0].mean(axis=1)
+    away = np.linalg.norm(centres[:, None] - block.points[0], axis=2)
+    order = np.argmin(away, axis=1)
+    return order if len(set(order.tolist())) == parts else None
+
+
 def _over_facets(face: Face, values: Sequence[Array]) -> Array:
-    """(f,)  means by area of values (g, p) at the points of blocks."""
+    """(f,)  means by area of values (g, p) at the points of blocks.
+
+    Also right where the values of a block are shares (walls of order 2): the mean over a facet by
+    shares is Simpson's.
+    """
     pairs = zip(face, values, strict=True)
     return np.concatenate([(b.areas * v).sum(1) / b.areas.sum(1) for b, v in pairs])
