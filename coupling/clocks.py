@@ -41,7 +41,12 @@ def named(results: Results, frames: Sequence[int]) -> list[str]:
     times, kind = results["frames/time"], analysis_of(results)
     if kind == "modes":
         return [f"mode {frame}" if frame else "equilibrium" for frame in frames]
-    return [f"{times[frame]:.3g}{' s' if kind == 'dynamics' else ''}" for frame in frames]
+    return [f"{short(times[frame])}{' s' if kind == 'dynamics' else ''}" for frame in frames]
+
+
+def short(time: float) -> str:
+    """Three digits, of large numbers all before the point."""
+    return f"{time:.0f}" if 1000.0 <= abs(time) < 1e6 else f"{time:.3g}"
 
 
 def said(results: Results, frames: Sequence[int]) -> str:
@@ -49,7 +54,7 @@ def said(results: Results, frames: Sequence[int]) -> str:
     times, kind = results["frames/time"], analysis_of(results)
     if kind == "modes":
         return ", ".join(_mode(results, frame) for frame in frames)
-    numbers = ", ".join(f"{times[frame]:.3g}" for frame in frames)
+    numbers = ", ".join(short(times[frame]) for frame in frames)
     return f"at {numbers} s" if kind == "dynamics" else f"at load factor {numbers}"
 
 
