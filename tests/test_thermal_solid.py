@@ -1,5 +1,7 @@
 """Heat in 3D: patch tests, scikit-fem's own assembly, manufactured solutions, closed forms."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from time import process_time
 
@@ -854,3 +856,63 @@ def test_what_a_step_costs_beyond_linear_solves(capsys):
             f"a step {total:.0f} ms"
         )
     assert total < 60.0
+
+
+@pytest.mark.benchmark
+def test_refilling_against_plain_scikit_fem(capsys):
+    """The tangent of 50,653 nodes with k(T), c(T), both of consistent capacity."""
+    from skfem import BilinearForm
+    from skfem.helpers import dot, grad
+
+    mesh, material = box(CUBE, (36, 36, 36)), varying()
+    k, c = material.conductivity, material.heat_capacity
+    s = space(solid(mesh, material), settings=Settings(capacity="consistent"))
+    T = 300.0 + 20.0 * s.x[:, 0] * s.x[:, 1]
+    s.tangent(T, 3.0)
+    start = process_time()
+    s.tangent(T, 3.0)
+    ours = process_time() - start
+    basis = skfem_basis(mesh, "hexahedron", 3)
+    form = BilinearForm(
+        lambda u, v, w: (
+            3.0 * k(w.T) * dot(grad(u), grad(v))
+            + 3.0 * k.derivative(w.T) * u * dot(grad(w.T), grad(v))
+            + 2700.0 * c(w.T) * u * v
+        )
+    )
+    start = process_time()
+    form.assemble(basis, T=basis.interpolate(T))
+    theirs = process_time() - start
+    with capsys.disabled():
+        print(
+            f"\nscikit-fem {1e3 * theirs:.0f} ms, here {1e3 * ours:.0f} ms: {theirs / ours:.0f} x"
+        )
+    assert theirs > 10.0 * ours
+
+
+LARGE = """
+import resource
+import numpy as np
+from meshes.materials import polynomial, Material, constant
+from meshes.solids import box
+from thermal.description import Description, Radiation, Settings, Solid
+from thermal.solid import SolidHeat
+
+k = polynomial("conductivity", "W/(m K)", [120.0, 0.5], 300.0)
+c = polynomial("heat_capacity", "J/(kg K)", [800.0, 1.2], 300.0)
+others = [constant(n, u, v) for n, u, v in (("E", "Pa", 7e10), ("nu", "1", 0.3), ("a", "1/K", 1e-5))]
+material = Material("varying", 2700.0, *others, k, c)
+body = Solid("block", box((1.0, 1.0, 1.0), (79, 79, 79)), {"": material}, 300.0)
+sky = Radiation("sky", "block", 0.8, lambda t: 3.0)
+heat = SolidHeat(Description(solids=[body], conditions=[sky]), Settings(steps=1))
+T, flows, why = heat.advance(heat.initial(), 0.0, 100.0, np.zeros(len(heat.x)))
+assert why == "" and len(T) == 512000 and 250.0 < T.min() < 300.0
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)
+"""
+
+
+@pytest.mark.slow
+def test_half_a_million_nodes_fit_in_8_gigabytes():
+    done = subprocess.run([sys.executable, "-c", LARGE], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout) < 8.0

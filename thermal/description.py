@@ -84,7 +84,8 @@ class Solid:
     rubbing : name of the boundary region on which frictional heat arrives and whose mean
         temperature a joint feels; None: all of the solid
 
-    Its faces are the named regions of its boundary, and "outer", which is all of the boundary.
+    Its faces are the named regions of its boundary, and "outer", which is all of the boundary
+    unless a region has that name.
     """
 
     name: str
