@@ -900,7 +900,8 @@ from thermal.solid import SolidHeat
 
 k = polynomial("conductivity", "W/(m K)", [120.0, 0.5], 300.0)
 c = polynomial("heat_capacity", "J/(kg K)", [800.0, 1.2], 300.0)
-others = [constant(n, u, v) for n, u, v in (("E", "Pa", 7e10), ("nu", "1", 0.3), ("a", "1/K", 1e-5))]
+elastic = ("E", "Pa", 7e10), ("nu", "1", 0.3), ("a", "1/K", 1e-5)
+others = [constant(*one) for one in elastic]
 material = Material("varying", 2700.0, *others, k, c)
 body = Solid("block", box((1.0, 1.0, 1.0), (79, 79, 79)), {"": material}, 300.0)
 sky = Radiation("sky", "block", 0.8, lambda t: 3.0)
