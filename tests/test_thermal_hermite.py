@@ -242,10 +242,10 @@ def test_agrees_with_fine_lines_on_everything():
         ends = [T[solver.regions["boom"][-4:]], T[solver.regions["bar"][[0, -1]]]]
         return np.concatenate([*ends, T[solver.regions["hub"]]])
 
-    cubic = solve(HermiteHeat, 2)
-    errors = [np.abs(solve(LineHeat, n) - cubic).max() for n in (2, 4, 8)]
+    cubic = solve(HermiteHeat, 1)
+    errors = [np.abs(solve(LineHeat, n) - cubic).max() for n in (1, 2, 4)]
     assert (orders(errors) > 1.7).all()
-    assert errors[-1] < 0.01
+    assert errors[-1] < 0.03
 
 
 def shock(scheme, fourier, count):

@@ -115,6 +115,9 @@ def _block(weight: Array, rows: Array, columns: Array, over: Array, under: Array
     """(e, 4 N, 4 N) of weights (e, q, M), functions along (e, q, 4) and over the section (M, N)."""
     e, n = len(weight), over.shape[1]
     products = (rows[..., :, None] * columns[..., None, :]).reshape(e, -1, 16)
-    lengthwise = products.transpose(0, 2, 1) @ weight  # (e, 16, M)
+    lengthwise = sum(
+        p[..., None] * w[:, None]
+        for p, w in zip(products.swapaxes(0, 1), weight.swapaxes(0, 1), strict=True)
+    )  # (e, 16, M)
     whole = lengthwise @ (over[:, :, None] * under[:, None, :]).reshape(len(over), -1)
     return whole.reshape(e, 4, 4, n, n).transpose(0, 1, 3, 2, 4).reshape(e, 4 * n, 4 * n)
