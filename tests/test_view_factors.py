@@ -226,6 +226,15 @@ def test_a_screen_between_two_squares(rays):
     assert view_factors([one, other, whole])[0, 1] == 0.0
 
 
+def test_long_strips_with_a_screen():
+    """A screen over half of the gap: by symmetry half of the exchange is left."""
+    one = rectangle([0, 0, 0], [1, 0, 0], [0, 40, 0])
+    other = one[::-1] + np.array([0, 0, 1])
+    screen = rectangle([0, 0, 0.5], [0.5, 0, 0], [0, 40, 0])
+    factor = view_factors([one, other, screen], rays=1024)[0, 1]
+    assert factor == pytest.approx(0.5 * opposite(1, 40), rel=1024**-0.5)
+
+
 def test_a_warped_facet_is_two_triangles():
     warped = np.array([[0, 0, 0], [1, 0, 0.2], [1, 1, 0], [0, 1, 0.2]])
     lid = rectangle([0, 0, 2], [0, 1, 0], [1, 0, 0])

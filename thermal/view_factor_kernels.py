@@ -14,7 +14,10 @@ from numba import njit
 FRONT, BACK = 1, 2
 DEPTH = 40  # of halved intervals
 FAR = 2.5  # distance over size of polygons from which one set of Gauss points serves
-PROBES = 64  # rays after which a pair that is all clear or all hidden is left
+HALVINGS = 60  # of polygons that may be hidden in part, pending
+HARDLY = 0.02  # area of a piece over the exchange area that is not halved further
+FEW = 8  # rays between pieces, at least
+PROBES = 64  # rays after which pieces that are all clear or all hidden are left
 
 _x, _w = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = 0.5 * (1.0 + _x), 0.5 * _w
@@ -214,11 +217,11 @@ def _clear(a, b, blockers, m, corners, counts, planes):
 
 
 @njit(cache=True)
-def visible(one, n, other, m, normals, blockers, k, corners, counts, planes, rays):
-    """Share of the exchange of two polygons that others leave, by rays between points of them."""
-    a, b, open_, total = np.empty(3), np.empty(3), 0.0, 0.0
+def _some(one, n, other, m, normals, blockers, k, corners, counts, planes, first, rays):
+    """Exchange area by rays between points of two polygons, and what of it others leave."""
+    a, b, clear, total = np.empty(3), np.empty(3), 0.0, 0.0
     one_areas, other_areas = _fan(one, n), _fan(other, m)
-    for ray in range(rays):
+    for ray in range(first, first + rays):
         t = ray + 1.0
         u, v = (0.5 + t * LATTICE[0]) % 1.0, (0.5 + t * LATTICE[1]) % 1.0
         _point(one, one_areas, u, v, a)
@@ -230,14 +233,73 @@ def visible(one, n, other, m, normals, blockers, k, corners, counts, planes, ray
             from_one += normals[0, c] * r
             from_other -= normals[1, c] * r
             square += r * r
-        weight = from_one * from_other / (square * square)
-        weight = max(weight, 0.0)
+        weight = max(0.0, from_one * from_other / (square * square))
         total += weight
         if _clear(a, b, blockers, k, corners, counts, planes):
-            open_ += weight
-        if ray == PROBES - 1 and (open_ == 0.0 or open_ == total):
+            clear += weight
+        if ray - first == PROBES - 1 and (clear == 0.0 or clear == total):
+            rays = PROBES
             break
-    return open_ / total if total > 0.0 else 0.0
+    scale = 0.25 * one_areas.sum() * other_areas.sum() / (pi * rays)
+    return total * scale, clear * scale
+
+
+@njit(cache=True)
+def _longest(corners, n, plane):
+    """Length of the longest edge, and in ``plane`` that normal to it through the middle."""
+    longest, middle = 0.0, np.zeros(3)
+    for i in range(n):
+        edge = corners[(i + 1) % n] - corners[i]
+        length = sqrt((edge**2).sum())
+        middle += corners[i] / n
+        if length > longest:
+            longest = length
+            plane[:3] = edge / length
+    plane[3] = (plane[:3] * middle).sum()
+    return longest
+
+
+@njit(cache=True)
+def visible(one, n, other, m, normals, blockers, k, corners, counts, planes, free, rays, pending):
+    """Share of the exchange ``free`` of two polygons that others leave.
+
+    The polygons are halved until they are small against their distance or hardly count; then
+    rays go between points of the pieces, as many as the piece has a share.
+    """
+    ones, others, sizes, p, q = pending
+    cut, cut_other = np.empty(4), np.empty(4)
+    ones[0, :n], others[0, :m] = one[:n], other[:m]
+    sizes[0] = n, m
+    count, cast, total, clear = 1, 0, 0.0, 0.0
+    while count:
+        count -= 1
+        n, m = sizes[count]
+        p[:n], q[:m] = ones[count, :n], others[count, :m]
+        size, size_other = _longest(p, n, cut), _longest(q, m, cut_other)
+        areas = 0.5 * _fan(p, n).sum(), 0.5 * _fan(q, m).sum()
+        apart = 0.0
+        for d in range(3):
+            apart += (p[:n, d].mean() - q[:m, d].mean()) ** 2
+        small = min(areas) <= HARDLY * free
+        if max(size, size_other) ** 2 <= apart or small or count + 2 > HALVINGS:
+            part = min(1.0, areas[0] * areas[1] / (pi * apart * free)) if apart > 0.0 else 1.0
+            some = max(FEW, int(rays * part))
+            whole, left = _some(
+                p, n, q, m, normals, blockers, k, corners, counts, planes, cast, some
+            )
+            total, clear, cast = total + whole, clear + left, cast + some
+            continue
+        for _ in range(2):
+            if size >= size_other:
+                sizes[count, 0], sizes[count, 1] = clip(p, n, cut, ones[count]), m
+                others[count, :m] = q[:m]
+            else:
+                sizes[count, 0], sizes[count, 1] = n, clip(q, m, cut_other, others[count])
+                ones[count, :n] = p[:n]
+            count += sizes[count, 0] >= 3 and sizes[count, 1] >= 3
+            cut *= -1.0
+            cut_other *= -1.0
+    return clear / total if total > 0.0 else 0.0
 
 
 @njit(cache=True)
@@ -248,6 +310,11 @@ def exchange(corners, counts, planes, centres, radii, areas, slack, tolerance, r
     found = np.zeros((n, n))
     one, other = np.empty((c + 2, 3)), np.empty((c + 2, 3))
     blockers, normals = np.empty(n, np.int64), np.empty((2, 3))
+    room = c + 2 + HALVINGS
+    pending = (
+        np.empty((HALVINGS + 2, room, 3)), np.empty((HALVINGS + 2, room, 3)),
+        np.empty((HALVINGS + 2, 2), np.int64), np.empty((room, 3)), np.empty((room, 3)),
+    )  # fmt: skip
     for i in range(n):
         for j in range(i + 1, n):
             if not (where[i, j] & FRONT and where[j, i] & FRONT):
@@ -256,17 +323,27 @@ def exchange(corners, counts, planes, centres, radii, areas, slack, tolerance, r
             q = clip(corners[j], counts[j], planes[i], other)
             if p < 3 or q < 3:
                 continue
+            distance = sqrt(((centres[j] - centres[i]) ** 2).sum())
+            far = distance > FAR * 2.0 * (radii[i] + radii[j])
+            free = contour(one, p, other, q, tolerance * min(areas[i], areas[j]), far)
             k = _candidates(i, j, where, centres, radii, blockers)
             share = 1.0
-            if k:
+            if k and free > 0.0:
                 normals[0], normals[1] = planes[i, :3], planes[j, :3]
                 share = visible(
-                    one, p, other, q, normals, blockers, k, corners, counts, planes, rays
+                    one,
+                    p,
+                    other,
+                    q,
+                    normals,
+                    blockers,
+                    k,
+                    corners,
+                    counts,
+                    planes,
+                    free,
+                    rays,
+                    pending,
                 )
-            if share > 0.0:
-                distance = sqrt(((centres[j] - centres[i]) ** 2).sum())
-                far = distance > FAR * 2.0 * (radii[i] + radii[j])
-                allowed = tolerance * min(areas[i], areas[j])
-                found[i, j] = share * contour(one, p, other, q, allowed, far)
-                found[j, i] = found[i, j]
+            found[i, j] = found[j, i] = share * free
     return found

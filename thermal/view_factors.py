@@ -3,9 +3,9 @@
 Facets that see one another freely have exact values but for the tolerance of the integration (see
 ``thermal.view_factor_kernels``). Where others may come between, the free value is multiplied by
 the share of rays that pass, which errs by up to one part in the square root of their number of
-the pair (and more of facets that are long against their distance: divide these), less in sums of
-many. A pair costs some 3 us, one partly hidden 30 us; who may come between whom is looked up for
-all triples of facets, about 1 ns each.
+the pair, less in sums of many. A pair costs some 3 us, one partly hidden 50 us and, of facets that
+are long against their distance, up to ms; who may come between whom is looked up for all triples
+of facets, about 1 ns each. Nothing hides but facets that are given.
 """
 
 from collections.abc import Sequence
