@@ -227,8 +227,12 @@ def _difference(run: Run, standard: Run) -> Difference:
 
 def _result(scene: Scene, rows: Sequence[Row]) -> Result:
     standard = next(row.run for row in rows if not row.run.why and row.difference is None)
+    there = standard.sections[:, standard.reached]
+    low, high = there[..., 0].min(), there[..., 0].max()
+    steep = np.linalg.norm(there[..., 1:], axis=-1).max()
     notes = [
         f"differences from '{standard.solver}', at the section temperatures of all windows",
+        f"there the mean is {low:.6g} K to {high:.6g} K, the gradient up to {steep:.4g} K/m",
         "heat alone at the pose of the start: friction gives no heat, joints with play are open",
         "start: building and a first window, in which kernels are compiled; run: all windows",
     ]
