@@ -4,12 +4,15 @@ Solids with meshes of their own, members with tubes, circles and rectangles as s
 by finite elements of order 1 (hexahedra, tetrahedra) or 2 (hexahedra of 20 or 27 nodes, tetrahedra
 of 10). Shape functions and quadrature are scikit-fem's; compiled code sums them up over the cells.
 
-Of order 1 heat is stored at the nodes, unless the settings ask otherwise: cubes, and tetrahedra
-without obtuse dihedral angles, then keep temperatures between the coldest and the hottest of start
-and boundary in steps of backward Euler of any length. Other shapes can undershoot, but far less
-than with the consistent capacity, which needs steps of at least about (size of cells)^2 /
-(6 diffusivity) (Thomée 2006, ch. 15). Of order 2 heat is stored by integrals, and shocks on coarse
-meshes undershoot.
+Of order 1 heat is stored at the nodes, unless the settings ask for the consistent capacity. Boxes,
+and the cells of tubes, rectangles and sheets, then conduct along their edges alone, by quadrature
+at their corners; all other cells by that of Gauss. Steps of backward Euler of any length keep
+temperatures between the coldest and the hottest of start and boundary where cells are boxes, of
+whatever ratio of sides, or tetrahedra without obtuse dihedral angles; nearly so in tubes and
+sheets. Other hexahedra can overshoot where they are long, and with the consistent capacity all
+cells do in steps below about (their size)^2 / (6 diffusivity) (Thomée 2006, ch. 15).
+Of order 2 heat is stored by integrals,
+and shocks on coarse meshes overshoot.
 """
 
 from collections.abc import Sequence
@@ -89,8 +92,9 @@ class SolidSpace:
         self.start = np.repeat([float(b.thing.initial) for b in bodies], counts)
         fillings = self._fillings()
         self._entries = pattern(fillings, len(self.x))
-        self._stored = storage(fillings, self.x, self._entries, _lumped(fillings, settings))
-        groups = conduction(fillings, self.x, self._entries)
+        lumped = _lumped(fillings, settings)
+        self._stored = storage(fillings, self.x, self._entries, lumped)
+        groups = conduction(fillings, self.x, self._entries, lumped)
         self._conducted = Conduction(groups, self._entries)
         self._watched = [w for b in bodies for w in watched(b.name, self._material_nodes(b))]
         self.regions = {name: self._region(b) for name, b in self._bodies.items()}

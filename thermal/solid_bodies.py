@@ -32,12 +32,14 @@ class Filling(NamedTuple):
     cells : (m, n) intp
     directions : "along", "plane" or (3, 3) float  those of conductivities: by the cells of a member
         or of a sheet, or rows
+    regular : whether the cells come closer to boxes as they get smaller
     """
 
     family: str
     cells: Indices
     material: Material
     directions: str | Array
+    regular: bool = False
 
 
 class Body(NamedTuple):
@@ -141,7 +143,8 @@ def _swept_body(thing: Member | Sheet, mesh: Mesh, directions: str, local: Array
     if problems:
         raise ValueError(_lines(thing, problems))
     every = np.arange(len(mesh.points))
-    filling = Filling(family, mesh.cells[family], thing.material, directions)
+    regular = isinstance(thing, Sheet) or thing.section.kind != "circle"
+    filling = Filling(family, mesh.cells[family], thing.material, directions, regular)
     return Body(
         thing, mesh.points, [filling], {"": cells}, _surfaces(mesh, every),
         skin(cells, len(every)), local, every,

@@ -34,6 +34,8 @@ ELEMENTS = {
 
 FLAT = 1e-6  # volume of a cell's Jacobian over the product of its edges: below, it is degenerate
 
+RIGHT = 1e-9  # cosine below which an angle is right
+
 
 class Shape(NamedTuple):
     """Shape functions at q points of a reference cell of d dimensions.
@@ -55,6 +57,14 @@ def shape(family: str, degree: int) -> Shape:
 
     X, weights = get_quadrature(_element(family).refdom, degree)
     return Shape(*_functions(family, X), weights)
+
+
+@cache
+def at_corners(family: str) -> Shape:
+    """Functions of a family of order 1 at its own nodes, with equal weights."""
+    nodes = reference(family)
+    weights = np.full(len(nodes), 1.0 / len(nodes))
+    return Shape(*_functions(family, nodes.T), weights)
 
 
 def _element(family: str):
@@ -157,3 +167,10 @@ def flatness(at: Geometry) -> Array:
     lengths = np.linalg.norm(at.tangents, axis=-1).prod(axis=-1)
     det = determinants(at.tangents)
     return (det / np.maximum(lengths, 1e-300)).min(axis=1)
+
+
+def right_angled(at: Geometry) -> NDArray[np.bool_]:
+    """(m,)  whether the tangents of a cell are at right angles wherever they are known."""
+    unit = at.tangents / np.maximum(np.linalg.norm(at.tangents, axis=-1, keepdims=True), 1e-300)
+    products = unit @ unit.swapaxes(-1, -2) - np.eye(3)
+    return np.abs(products).max(axis=(1, 2, 3)) < RIGHT

@@ -15,8 +15,11 @@ from thermal.solid_elements import (
     STORAGE,
     Geometry,
     Shape,
+    at_corners,
+    flatness,
     geometry,
     metrics,
+    right_angled,
     shape,
 )
 
@@ -26,6 +29,8 @@ Short = NDArray[np.int32]
 
 LUMPABLE = ("tetra", "hexahedron", "hexahedron27")
 """Families all of whose shape functions have a positive mean."""
+
+BENT = 0.5  # volume of a cell at a corner over the product of its edges there, to be like a box
 
 
 class Pattern(NamedTuple):
@@ -90,17 +95,42 @@ def pattern(fillings: Sequence[Filling], n: int) -> Pattern:
     return Pattern(total.indptr.astype(np.int32), total.indices.astype(np.int32))
 
 
-def conduction(fillings: Sequence[Filling], x: Array, entries: Pattern) -> list[Group]:
-    """Groups of cells with the same family and conductivity."""
-    parts: dict[tuple[str, Property], list[tuple[Indices, Array]]] = {}
-    for filling in fillings:
-        form = shape(filling.family, CONDUCTION[filling.family])
-        for law, directions in conductivities(filling).items():
-            amounts = [_metric(filling, at, directions) for at in _geometries(filling, x, form)]
-            found = filling.cells, np.concatenate(amounts)
-            parts.setdefault((filling.family, law), []).append(found)
-    degrees = CONDUCTION
-    return [_group(f, degrees[f], law, found, entries) for (f, law), found in parts.items()]
+def conduction(
+    fillings: Sequence[Filling], x: Array, entries: Pattern, lumped: bool
+) -> list[Group]:
+    """Groups of cells with the same family, quadrature and conductivity.
+
+    lumped : boxes, and cells like them, conduct along their edges only: their quadrature is at the
+        corners, lest hot and cold spread where cells are long
+    """
+    parts: dict[tuple[str, bool, Property], list[tuple[Indices, Array]]] = {}
+    for whole in fillings:
+        for filling, corners in _by_quadrature(whole, x, lumped):
+            form = _conducting(filling.family, corners)
+            for law, directions in conductivities(filling).items():
+                amounts = [_metric(filling, at, directions) for at in _geometries(filling, x, form)]
+                found = filling.cells, np.concatenate(amounts)
+                parts.setdefault((filling.family, corners, law), []).append(found)
+    return [
+        _group(_conducting(family, corners), law, found, entries)
+        for (family, corners, law), found in parts.items()
+    ]
+
+
+def _conducting(family: str, corners: bool) -> Shape:
+    return at_corners(family) if corners else shape(family, CONDUCTION[family])
+
+
+def _by_quadrature(f: Filling, x: Array, lumped: bool) -> list[tuple[Filling, bool]]:
+    """Its cells with and without quadrature at their corners."""
+    if not lumped or f.family != "hexahedron":
+        return [(f, False)]
+    whole = _geometries(f, x, at_corners(f.family))
+    fit = [flatness(at) > BENT if f.regular else right_angled(at) for at in whole]
+    chosen = np.concatenate(fit)
+    split = [(f._replace(cells=f.cells[rows]), bool(of)) for of, rows in
+             ((1, chosen), (0, ~chosen))]  # fmt: skip
+    return [part for part in split if len(part[0].cells)]
 
 
 def consistent_storage(fillings: Sequence[Filling], x: Array, entries: Pattern) -> list[Group]:
@@ -110,7 +140,7 @@ def consistent_storage(fillings: Sequence[Filling], x: Array, entries: Pattern) 
         found = filling.cells, filling.material.density * volumes(filling, x)
         key = filling.family, filling.material.heat_capacity
         parts.setdefault(key, []).append(found)
-    return [_group(f, STORAGE[f], law, found, entries) for (f, law), found in parts.items()]
+    return [_group(shape(f, STORAGE[f]), law, found, entries) for (f, law), found in parts.items()]
 
 
 def lumped_storage(fillings: Sequence[Filling], x: Array) -> list[Lumps]:
@@ -158,8 +188,7 @@ def _unit(v: Array) -> Array:
 
 
 def _group(
-    family: str,
-    degree: int,
+    form: Shape,
     law: Property,
     parts: Sequence[tuple[Indices, Array]],
     entries: Pattern,
@@ -168,7 +197,7 @@ def _group(
     dofs = _batched(cells.astype(np.int32), cells[:1])
     slots = kernels.slots_of(dofs, entries.starts, entries.columns)
     nothing = np.zeros((1, *amounts.shape[1:]))
-    return Group(dofs, shape(family, degree), _batched(amounts, nothing), law, slots)
+    return Group(dofs, form, _batched(amounts, nothing), law, slots)
 
 
 def _batched(a, filler):
