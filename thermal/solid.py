@@ -10,9 +10,8 @@ at their corners; all other cells by that of Gauss. Steps of backward Euler of a
 temperatures between the coldest and the hottest of start and boundary where cells are boxes, of
 whatever ratio of sides, or tetrahedra without obtuse dihedral angles; nearly so in tubes and
 sheets. Other hexahedra can overshoot where they are long, and with the consistent capacity all
-cells do in steps below about (their size)^2 / (6 diffusivity) (Thomée 2006, ch. 15).
-Of order 2 heat is stored by integrals,
-and shocks on coarse meshes overshoot.
+cells do in steps below about (their size)^2 / (6 diffusivity) (Thomée 2006, ch. 15). Of order 2
+heat is stored by integrals, and shocks on coarse meshes overshoot.
 """
 
 from collections.abc import Sequence
