@@ -1,5 +1,7 @@
 """What every thermal solver owes its caller, and what all of them refuse."""
 
+import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -22,7 +24,17 @@ from thermal.description import (
 )
 from thermal.solvers import SOLVERS, build
 
-EVERY = pytest.mark.parametrize("name", list(SOLVERS))
+PROGRAM = pytest.mark.skipif(
+    shutil.which(os.environ.get("THERMOBODY_CCX", "ccx")) is None,
+    reason="CalculiX (ccx) is not installed",
+)
+EVERY = pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=PROGRAM) if n == "calculix" else n for n in SOLVERS]
+)
+EXACT = pytest.mark.parametrize("name", [n for n in SOLVERS if n != "calculix"])
+"""All but CalculiX, whose heat is known to its printed digits only."""
+NUMBERED = pytest.mark.parametrize("name", ["line", "wall", "lumped", "prescribed"])
+"""Those whose temperatures are those of stations, points round them, and lumps."""
 SIDE = np.array([0.0, 1.0, 0.0])
 
 
@@ -41,14 +53,17 @@ def test_every_temperature_has_a_place_and_an_owner(name):
     solver = build(name, covered())
     n = len(solver.x)
     assert solver.x.shape == (n, 3)
-    assert n == 7 * 4 + 4 + 2
     owned = np.concatenate(list(solver.regions.values()))
-    assert sorted(owned) == list(range(n))
+    assert len(set(owned)) == len(owned)
+    if name == "hermite":  # besides 11 stations' temperatures as many slopes, of one value or four
+        assert len(owned) == 7 * 4 + 4 + 2
+    elif name not in ("solid", "calculix"):
+        assert n == len(owned) == 7 * 4 + 4 + 2
     assert list(solver.regions) == ["boom", "bar", "hub", "pin"]
     assert solver.initial().shape == (n,)
 
 
-@EVERY
+@NUMBERED
 def test_wall_points_sit_on_the_mean_surface_from_e2_towards_e3(name):
     solver = build(name, covered())
     first = solver.x[solver.regions["boom"]][:4]
@@ -58,7 +73,7 @@ def test_wall_points_sit_on_the_mean_surface_from_e2_towards_e3(name):
     np.testing.assert_allclose(solver.x[solver.regions["pin"]], [[1, 1, 1]])
 
 
-@EVERY
+@NUMBERED
 def test_all_number_and_place_their_temperatures_alike(name):
     one, other = build(name, covered()), build("line", covered())
     np.testing.assert_array_equal(one.x, other.x)
@@ -66,7 +81,7 @@ def test_all_number_and_place_their_temperatures_alike(name):
         np.testing.assert_array_equal(nodes, other.regions[region])
 
 
-@EVERY
+@EXACT
 @pytest.mark.parametrize("material", [plain(), varying()])
 def test_flows_and_heat_are_what_is_stored(name, material):
     solver = build(name, covered(material))
@@ -98,7 +113,7 @@ def test_advancing_leaves_its_arguments_alone_and_repeats_itself(name):
     np.testing.assert_array_equal(fresh.advance(T, 1.0, 0.5, heat)[0], first)
 
 
-@EVERY
+@NUMBERED
 def test_given_temperatures_are_met_at_the_end(name):
     solver = build(name, covered())
     T, _, _ = solver.advance(solver.initial(), 0.0, 3.0, np.zeros(len(solver.x)))
@@ -163,7 +178,9 @@ def test_prescribed_needs_all_members_covered():
 
 
 def test_unknown_solver_is_answered_with_the_list():
-    with pytest.raises(ValueError, match="line, lumped, prescribed"):
+    with pytest.raises(
+        ValueError, match="line, hermite, wall, solid, lumped"
+    ):
         build("lines", everything())
 
 
@@ -236,13 +253,19 @@ BAD = {
     "wall 'wall': no station of member 'arm'": scene(replace(WALL, start=0.51, end=0.52)),
     "wall 'wall': side is parallel to member 'arm'": scene(replace(WALL, side=ARM.axes[0, 0])),
     "wall 'wall': side must be a direction": scene(replace(WALL, side=np.zeros(3))),
-    "flux 'sun': there is no member, part, sheet or solid 'leg'": scene(Flux("sun", "leg", DENSITY)),
+    "flux 'sun': there is no member, part, sheet or solid 'leg'": scene(
+        Flux("sun", "leg", DENSITY)
+    ),
     "flux 'sun': direction must not be zero": scene(Flux("sun", "arm", DENSITY, np.zeros(3))),
-    "radiation 'space': there is no member, part, sheet or solid 'leg'": scene(Radiation("space", "leg", 0.5, DENSITY)),
+    "radiation 'space': there is no member, part, sheet or solid 'leg'": scene(
+        Radiation("space", "leg", 0.5, DENSITY)
+    ),
     "radiation 'space': emissivity must be 0 to 1, got 1.2": scene(
         Radiation("space", "arm", 1.2, DENSITY)
     ),
-    "fixed 'base': there is no member, part, sheet or solid 'leg'": scene(Fixed("base", Place("leg"), DENSITY)),
+    "fixed 'base': there is no member, part, sheet or solid 'leg'": scene(
+        Fixed("base", Place("leg"), DENSITY)
+    ),
     "source 'heater': of 'arm' give 'start', 'end', got 'middle'": scene(
         Source("heater", Place("arm", "middle"), DENSITY)
     ),

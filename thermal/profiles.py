@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 GRADIENTS = 3  # values of a section that stand for mean and two gradients
 ROUND = 8  # strips of an outline round which temperature is constant or linear
 SIDE = 3  # strips of each side of a rectangle
-FINE_ROUND, FINE_SIDE = 32, 8  # the same where light and shadow meet within the outline
+FINE_ROUND, FINE_SIDE = 96, 8  # the same where light and shadow meet within the outline
 
 
 class Profile(NamedTuple):
