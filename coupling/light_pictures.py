@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+Box = tuple[float, float, float, float]
 
 SHOWN = 6
 """Times in one picture."""
@@ -159,7 +160,7 @@ def _extent(camera: Camera, shapes: list[tuple[Array, Array]]) -> Extent:
     return Extent(flat.min(axis=0), flat.max(axis=0))
 
 
-def _boxes(extent: Extent, n: int, figure: "Figure") -> list[tuple[float, ...]]:
+def _boxes(extent: Extent, n: int, figure: "Figure") -> list[Box]:
     """(left, bottom, width, height) of each panel: as many columns as make it largest."""
     page = np.array([0.97, 0.80]) * figure.get_size_inches()
     wanted = np.maximum(extent.upper - extent.lower, 1e-9)
@@ -301,14 +302,11 @@ def _draw_sun(results: Results, ax: "Axes") -> None:
 
 def eclipses(time: Array, visible: Array) -> list[tuple[float, float]]:
     """Spans of time in which not all of the sun is seen."""
-    dark = np.concatenate([[False], visible < 1.0, [False]])
-    starts, ends = (
-        np.flatnonzero(np.diff(dark.astype(int)) > 0),
-        np.flatnonzero(dark[:-1] > dark[1:]),
-    )
+    dark = np.concatenate([[0], np.asarray(visible < 1.0, int), [0]])
+    starts, ends = np.flatnonzero(np.diff(dark) > 0), np.flatnonzero(np.diff(dark) < 0)
     last = len(time) - 1
     return [
-        (float(time[max(a - 1, 0)]), float(time[min(b, last)]))
+        (float(time[max(int(a) - 1, 0)]), float(time[min(int(b), last)]))
         for a, b in zip(starts, ends, strict=True)
     ]
 
@@ -330,11 +328,11 @@ def _draw_powers(results: Results, ax: "Axes") -> None:
     light = {n.removeprefix("light."): p for n, p in found.items() if n.startswith("light.")}
     lost = [p for n, p in found.items() if n.startswith("surface.")]
     factor, unit = scaled(np.concatenate([np.zeros(1), *light.values(), *lost]), "W")
-    total = np.sum([*light.values()], axis=0)
-    seen = {n: p for n, p in light.items() if p.max() > LITTLE * total.max()}
-    if len(light) > 1:
-        for name, power in sorted(seen.items(), key=lambda x: -x[1].max())[:MOST_LINES]:
-            ax.plot(time, factor * power, lw=1.0, label=f"light on {name}")
+    total: Array = np.sum([*light.values()], axis=0)
+    most = {name: float(power.max()) for name, power in light.items()}
+    seen = [n for n in light if most[n] > LITTLE * total.max()] if len(light) > 1 else []
+    for name in sorted(seen, key=lambda n: -most[n])[:MOST_LINES]:
+        ax.plot(time, factor * light[name], lw=1.0, label=f"light on {name}")
     ax.plot(time, factor * total, color="#000000", label="all light")
     ax.plot(time, -factor * np.sum(lost, axis=0), "--", color="#7a8591", label="radiated to space")
     ax.set_ylabel(f"[{unit}]")

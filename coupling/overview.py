@@ -211,8 +211,8 @@ def _frame_scene(ax: "Axes", camera: Camera, *points: list[Array]) -> None:
 
 
 def _label_frames(ax: "Axes", camera: Camera, bodies: list[Body], names: list[str]) -> None:
-    """Names of the frames beyond the end of the longest body, pushed apart where they overlap."""
-    line = max(bodies, key=extent).position[:, [0, -1]]
+    """Names of the frames beyond the end of a long body that moves, pushed apart."""
+    line = max(bodies, key=lambda body: extent(body) + _way(body)).position[:, [0, -1]]
     ends = camera.project(line)[:, :, :2]
     away = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(away, axis=1, keepdims=True)
@@ -226,6 +226,11 @@ def _label_frames(ax: "Axes", camera: Camera, bodies: list[Body], names: list[st
     for (x, y), (right, _), name in zip(places, away, names, strict=True):
         side = "left" if right > 0.3 else "right" if right < -0.3 else "center"
         ax.text(x, y, name, color=INK, fontsize=12, ha=side, va="center")
+
+
+def _way(body: Body) -> float:
+    """How far [m] the end of a body gets around."""
+    return float(np.linalg.norm(np.ptp(body.position[:, -1], axis=0)))
 
 
 def _scale_bar(ax: "Axes", factor: float, frames: str) -> None:
