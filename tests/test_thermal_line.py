@@ -598,12 +598,13 @@ def test_cooling_below_absolute_zero_is_refused():
     assert "'hub' fell below 0 K" in why
 
 
-@pytest.mark.parametrize(("start", "why"), [(-1.0, "is not a number"), (1.0, "did not converge")])
-def test_history_without_a_number_is_a_reason(start, why):
+@pytest.mark.parametrize("start", [-1.0, 1.0])
+def test_history_without_a_number_is_a_reason(start):
     source = Source("broken", Place("hub"), lambda t: float("nan") if t > start else 0.0)
     hub = Part("hub", np.zeros(3), plain(), 1.0, 300.0)
     solver = LineHeat(Description((), (hub,), conditions=(source,)))
-    assert why in solver.advance(solver.initial(), 0.0, 2.0, np.zeros(1))[2]
+    _, _, why = solver.advance(solver.initial(), 0.0, 2.0, np.zeros(1))
+    assert "source 'broken': its power is not a number" in why
 
 
 def test_members_of_one_mesh_do_not_touch_without_a_link():

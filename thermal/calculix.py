@@ -40,6 +40,7 @@ from thermal.description import DEFAULT, Description, Settings
 from thermal.discretisation import Discretisation, Face, GivenTemperatures
 from thermal.heat import NOTHING, Outside
 from thermal.layout import given_nodes
+from thermal.limits import Limits, watched
 from thermal.lumps import LumpSpace
 
 Array = NDArray[np.float64]
@@ -83,6 +84,7 @@ class CalculixHeat:
         self._loads = Loads(description, self.space, assembled, self._couples)
         _refuse(self._loads.problems())
         self._boundary = Boundary(description, self.space)
+        self._limits, self._watched = Limits(description), watched(description, self.space)
         self.irradiated: Mapping[str, Face] = self._boundary.irradiated
         self._model, self._held = assembled.model, assembled.held
         self._text = model_text(assembled.model)
@@ -119,7 +121,7 @@ class CalculixHeat:
         ends = history.times if steps is None else times[1:]  # these in all digits
         flows = self._flows(t, np.append(ends[:-1], h), history.temperatures, window)
         end = history.temperatures[-1]
-        return end, flows, self._unusable(end)
+        return end, flows, self._unusable(end, t + h)
 
     def steady(
         self, T: Array, t: float, outside: Mapping[str, Array] | None = None
@@ -134,12 +136,15 @@ class CalculixHeat:
         end = history.temperatures[-1]
         _, flows = self._boundary.power(end, Moment(t, outside or {}))
         named = dict(zip(self._boundary.names, flows.tolist(), strict=True))
-        return end, named, self._unusable(end)
+        return end, named, self._unusable(end, t)
 
     def _run(
         self, window: Window, procedure: Sequence[str]
     ) -> tuple[calculix_results.Results, str]:
         """What CalculiX makes of a window, and "" or the reason why it makes nothing."""
+        for t in window.moments.tolist():
+            if why := self._limits.complaint(t):
+                return NO_RESULTS, f"t = {t:g} s: {why}"
         amplitudes, loads = self._loads.text(window)
         first = initial_text(self._everywhere(window))
         factors = {n: float(np.mean([end[0] for end in window.outside[n]])) for n in self._factors}
@@ -196,12 +201,13 @@ class CalculixHeat:
         more[given_nodes(self.space.given)] = 0.0
         return float(more.sum())
 
-    def _unusable(self, T: Array) -> str:
+    def _unusable(self, T: Array, t: float) -> str:
         if T.size and T.min() < 0.0:
             return "a temperature fell below 0 K"
         if self._varies and T.max() > HOTTEST:
             return f"a temperature rose over {HOTTEST:g} K, to where tables of properties reach"
-        return self.space.unusable(T)
+        complaints = (w.complaint(T, t) for w in self._watched)
+        return self.space.unusable(T) or next(filter(None, complaints), "")
 
 
 NO_RESULTS = calculix_results.Results(np.empty(0), np.empty((0, 0)), False)

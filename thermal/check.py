@@ -31,9 +31,21 @@ from thermal.description import (
     Source,
     Wall,
 )
-from thermal.layout import STATION_TOLERANCE, arclength, given, layout, stations_within
+from thermal.layout import (
+    STATION_TOLERANCE,
+    arclength,
+    face_positions,
+    given,
+    layout,
+    stations_within,
+    wall_positions,
+)
+from thermal.limits import ALWAYS
+from thermal.overlaps import solid_given_twice
 
 OUTER = "outer"
+ROOM = 300.0  # [K]
+SAMPLES = 200  # temperatures at which an emissivity is looked at
 Thing = Member | Part | Sheet | Solid
 
 
@@ -63,7 +75,9 @@ def problems(description: Description) -> list[str]:
         found += [p for i in d.interfaces for p in _interface_problems(d, i)]
         found += [p for c in d.conditions for p in _condition_problems(d, c)]
     numbered = _names([*d.members, *d.parts, *d.sheets])
-    return found or (_given_twice(part_of(d, numbered)) if numbered else [])
+    if not found and numbered:
+        found = _given_twice(part_of(d, numbered))
+    return found or [p for s in d.solids for p in solid_given_twice(s, d.conditions)]
 
 
 def _names(things: Sequence[Thing]) -> set[str]:
@@ -284,16 +298,32 @@ def _flux_problems(d: Description, c: Flux) -> list[str]:
         or not np.any(c.direction)
     ):
         found.append(f"flux '{c.name}': direction must not be zero, got {c.direction}")
+    if c.direction is not None and isinstance(_named(d, c.body), Part):
+        rays = f"flux '{c.name}': parallel rays do not fall on part '{c.body}'"
+        found.append(f"{rays}, which has no shape")
     return found
 
 
 def _radiation_problems(d: Description, c: Radiation) -> list[str]:
     found = _side_problems_of(d, f"radiation '{c.name}'", Side(c.body, c.face))
     if isinstance(c.emissivity, Property):
-        return found
+        return found + _emissivity_problems(c.name, c.emissivity)
     if not 0.0 <= c.emissivity <= 1.0:
         found.append(f"radiation '{c.name}': emissivity must be 0 to 1, got {c.emissivity}")
     return found
+
+
+def _emissivity_problems(name: str, p: Property) -> list[str]:
+    ends = [end for end in (p.lower, p.upper) if isfinite(end)]
+    inside = np.linspace(ends[0], ends[-1], SAMPLES) if ends else np.array([ROOM])
+    T = np.sort(np.concatenate([ends, p.curve.knots, inside]))
+    values = p(T)
+    bad = np.flatnonzero(~((values >= 0.0) & (values <= 1.0)))
+    if not len(bad):
+        return []
+    first = bad[0]
+    text = f"emissivity must be 0 to 1, got {values[first]:g} at {T[first]:g} K"
+    return [f"radiation '{name}': {text}"]
 
 
 def _enclosure_problems(d: Description, c: Enclosure) -> Iterator[str]:
@@ -323,8 +353,34 @@ def _view_factor_problems(owner: str, F: np.ndarray, n: int) -> Iterator[str]:
 
 
 def _field_problems(d: Description, c: Field) -> list[str]:
-    there = isinstance(_named(d, c.body), Member | Sheet | Solid)
-    return [] if there else [f"field '{c.name}': there is no body '{c.body}'"]
+    thing = _named(d, c.body)
+    if not isinstance(thing, Member | Sheet | Solid):
+        return [f"field '{c.name}': there is no body '{c.body}'"]
+    return _reach_problems(c, _positions(thing))
+
+
+def _positions(thing: Member | Sheet | Solid) -> np.ndarray:
+    """(n, 3) [m]  where every solver has temperatures of a thing."""
+    match thing:
+        case Member():
+            return wall_positions(thing)
+        case Sheet():
+            return face_positions(thing)
+    return thing.mesh.points
+
+
+def _reach_problems(c: Field, x: np.ndarray) -> list[str]:
+    """A field is asked once, so that positions far from its data are told at once."""
+    first, last = getattr(c.temperature, "times", ALWAYS)
+    try:
+        T = np.asarray(c.temperature(x, min(max(0.0, first), last)), dtype=float)
+    except ValueError as error:
+        return [f"field '{c.name}': {error}"]
+    if T.shape != (len(x),):
+        return [f"field '{c.name}': must give {len(x)} temperatures, got {T.shape}"]
+    bad = T[~(np.isfinite(T) & (T >= 0.0))]
+    text = f"field '{c.name}': temperatures must be above 0 K, got"
+    return [f"{text} {bad[0]:g} K"] if len(bad) else []
 
 
 def _condition_problems(d: Description, c: Condition) -> list[str]:

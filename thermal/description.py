@@ -258,7 +258,10 @@ class Enclosure:
 
 @dataclass(frozen=True)
 class Fixed:
-    """Prescribed temperature [K] of a place."""
+    """Prescribed temperature [K] of a place.
+
+    Faces of a solid may meet: nodes on their common edge have the temperature of the first.
+    """
 
     name: str
     place: Place

@@ -11,6 +11,7 @@ from thermal.boundary import Boundary, Moment
 from thermal.description import DEFAULT, Description, Settings
 from thermal.discretisation import Discretisation, Face
 from thermal.layout import given_nodes
+from thermal.limits import Limits, watched
 from thermal.linear import Linear, linear_solver
 from thermal.stages import System
 
@@ -50,11 +51,14 @@ class Heat:
         self._given_nodes = given_nodes(self._given)
         self.free = np.setdiff1d(np.arange(len(self.x)), self._given_nodes)
         self._boundary = Boundary(description, space)
+        self._limits = Limits(description)
+        self._watched = watched(description, space)
         self.irradiated: Mapping[str, Face] = self._boundary.irradiated
         rows, columns = zip(space.entries(), self._boundary.entries(), strict=True)
         self.linear: Linear = linear_solver(
             settings.linear, len(self.x), self.free, np.concatenate(rows), np.concatenate(columns)
         )
+        self._temperatures = [nodes for nodes in self.regions.values() if len(nodes)]
         self.taken = 0
 
     def initial(self) -> Array:
@@ -102,11 +106,17 @@ class Heat:
         own = self.space.tangent(T, tau)
         return self.linear.factorise(np.concatenate([own, tau * self._boundary.slopes(T, at)]))
 
-    def unusable(self, T: Array) -> str:
-        """Why temperatures cannot be accepted, or ""."""
-        if T.size and T.min() < 0.0:
-            return f"{self.owner(int(T.argmin()))} fell below 0 K"
-        return self.space.unusable(T)
+    def senseless(self, t: float) -> str:
+        """What the conditions ask for at ``t`` that cannot be, or ""."""
+        return self._limits.complaint(t)
+
+    def unusable(self, T: Array, t: float) -> str:
+        """Why temperatures cannot be accepted at ``t``, or ""."""
+        coldest = min(self._temperatures, key=lambda nodes: T[nodes].min(), default=None)
+        if coldest is not None and T[coldest].min() < 0.0:
+            return f"{self.owner(int(coldest[0]))} fell below 0 K"
+        complaints = (w.complaint(T, t) for w in self._watched)
+        return self.space.unusable(T) or next(filter(None, complaints), "")
 
     def owner(self, node: int) -> str:
         """What a temperature belongs to."""
@@ -149,8 +159,11 @@ class _Within(NamedTuple):
     def factorise(self, T: Array, t: float, tau: float) -> Callable[[Array], Array]:
         return self.solver.factorise(T, self._at(t), tau)
 
-    def unusable(self, T: Array) -> str:
-        return self.solver.unusable(T)
+    def senseless(self, t: float) -> str:
+        return self.solver.senseless(t)
+
+    def unusable(self, T: Array, t: float) -> str:
+        return self.solver.unusable(T, t)
 
     def owner(self, node: int) -> str:
         return self.solver.owner(node)

@@ -24,7 +24,8 @@ from thermal.description import (
 )
 from thermal.discretisation import Face, GivenTemperatures
 from thermal.heat import NOTHING, Outside
-from thermal.layout import GivenField, arclength, given, given_nodes, layout
+from thermal.layout import arclength, given, given_nodes, layout
+from thermal.limits import ALWAYS, Limits, known_times
 from thermal.network import face_masses, masses
 
 Array = NDArray[np.float64]
@@ -72,14 +73,12 @@ class PrescribedHeat:
         things += [*description.sheets, *description.solids]
         self._masses = [mass for o in things for mass in _masses(o, self.regions[o.name])]
         _require_cover(things, self.regions, given_nodes(self._given))
-        fields = [c for c in description.conditions if isinstance(c, Field)]
-        self._known = {c.name: getattr(c.temperature, "times", (-np.inf, np.inf)) for c in fields}
-        starts, ends = zip((-np.inf, np.inf), *self._known.values(), strict=True)
+        self._limits, known = Limits(description), known_times(description)
+        starts, ends = zip(ALWAYS, *known.values(), strict=True)
         self.times = max(starts), min(ends)
-        _require_common(self._known, self.times)
+        _require_common(known, self.times)
         self.unused = _unused(description)
         self.irradiated: Mapping[str, Face] = {}
-        _require_within_reach(self._given, self.times)
 
     def initial(self) -> Array:
         """(n,) [K]  of the conditions at t = 0 where there are any, or at the first known time."""
@@ -119,11 +118,8 @@ class PrescribedHeat:
         return T
 
     def _unknown(self, t: float) -> str:
-        for name, (first, last) in self._known.items():
-            slack = 1e-9 * max(abs(t), last - first) if np.isfinite(last - first) else 0.0
-            if not first - slack <= t <= last + slack:
-                return f"t = {t:g} s: field '{name}' is known from {first:g} s to {last:g} s only"
-        return ""
+        why = self._limits.complaint(t)
+        return f"t = {t:g} s: {why}" if why else ""
 
     def _fault(self, T: Array) -> str:
         for owner, nodes, material, _ in self._masses:
@@ -212,15 +208,6 @@ def _given(
         for c in description.conditions
         if isinstance(c, Fixed) and c.place.name in solids and c.place.end is not None
     ]
-    givers: dict[str, list[str]] = {}
-    for c in description.conditions:
-        body = c.body if isinstance(c, Field) else c.place.name if isinstance(c, Fixed) else ""
-        givers.setdefault(body, []).append(c.name)
-    found += [
-        f"'{a}' and '{b}' both prescribe temperatures of '{name}'"
-        for name in solids
-        for a, b in pairwise(givers.get(name, []))
-    ]
     if found:
         raise ValueError("\n  ".join(["prescribed temperatures of solids", *found]))
     return given(description, regions, x)
@@ -236,21 +223,6 @@ def _require_common(known: Mapping[str, tuple[float, float]], times: tuple[float
     if times[0] > times[1]:
         spans = ", ".join(f"'{n}' from {a:g} s to {b:g} s" for n, (a, b) in known.items())
         raise ValueError(f"fields that have no time in common: {spans}")
-
-
-def _require_within_reach(
-    conditions: Sequence[GivenTemperatures], times: tuple[float, float]
-) -> None:
-    """Every field is asked once, so that positions far from its data are told at once."""
-    found = []
-    for g in conditions:
-        if isinstance(g, GivenField):
-            try:
-                g.at(min(max(0.0, times[0]), times[1]))
-            except ValueError as error:
-                found.append(f"field '{g.name}': {error}")
-    if found:
-        raise ValueError("\n  ".join(["prescribed temperatures", *found]))
 
 
 def _require_cover(things: Sequence[Thing], regions: Mapping[str, Indices], nodes: Indices) -> None:

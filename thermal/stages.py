@@ -60,7 +60,11 @@ class System(Protocol):
         """Solver of (dE/dT - tau dF/dT) x = r among the free temperatures."""
         ...
 
-    def unusable(self, T: Array) -> str:
+    def senseless(self, t: float) -> str:
+        """What the conditions ask for at ``t`` that cannot be, or ""."""
+        ...
+
+    def unusable(self, T: Array, t: float) -> str:
         """Why temperatures cannot be accepted, or ""."""
         ...
 
@@ -149,7 +153,8 @@ def stage(
             return Stage(point, solve, fault(system, point, t))
         contraction, previous = size / previous, size
     owner = system.owner(int(system.free[worst])) if len(system.free) else "a boundary"
-    why = system.trouble or f"the heat balance of {owner} did not converge"
+    did_not = f"the heat balance of {owner} did not converge"
+    why = system.senseless(t) or system.trouble or did_not
     return Stage(point, None, f"t = {t:g} s: {why}")
 
 
@@ -171,7 +176,9 @@ def evaluate(system: System, T: Array, t: float, source: Array) -> Point:
 
 
 def fault(system: System, point: Point, t: float) -> str:
-    if not isfinite(float(point.T.sum() + point.power.sum())):
-        return f"t = {t:g} s: a temperature or a power is not a number"
-    why = system.unusable(point.T)
+    """Why a point cannot be accepted, or ""."""
+    why = system.senseless(t)
+    if not why and not isfinite(float(point.T.sum() + point.power.sum())):
+        why = "a temperature or a power is not a number"
+    why = why or system.unusable(point.T, t)
     return f"t = {t:g} s: {why}" if why else ""

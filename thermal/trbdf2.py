@@ -154,5 +154,5 @@ def _solve(
         if size > slow * last:
             solve = system.factorise(T, t, tau)
         last = size
-    why = system.trouble or "the heat network did not converge"
+    why = system.senseless(t) or system.trouble or "the heat network did not converge"
     return point, solve, f"t = {t:g} s: {why}"
