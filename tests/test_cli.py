@@ -252,7 +252,7 @@ def test_list_shows_cases_and_all_that_a_case_may_name(case, monkeypatch):
         "cases/ball  a falling ball",
         "cases/torn  (cannot be read",
         "al6061-paper    73.15 K to 473.15 K",
-        "prescribed  walls give all temperatures",
+        "prescribed  walls and fields give all temperatures",
         "dynamics, statics, modes",
         "clearance_revolute",
         "lankarani-nikravesh",
