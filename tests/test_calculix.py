@@ -333,7 +333,9 @@ def test_the_inside_of_a_tube_exchanges_with_itself():
     other, _, _ = advanced("solid", d, h=100.0)
     stored = solver.energy(T) - solver.energy(solver.initial())
     assert stored == pytest.approx(flows["sun"], rel=1e-3)
-    np.testing.assert_allclose(T, other, rtol=0.0, atol=0.01 * np.ptp(other))
+    # the ends of CalculiX's tube are open, those of a long tube are not seen
+    between = np.abs(solver.x[:, 0] - 0.2) < 0.15
+    assert np.abs(T - other)[between].max() < 0.01 * np.ptp(other)
     alone, _, _ = advanced("solid", replace(d, conditions=(sun,)), h=100.0)
     assert np.ptp(other) < 0.98 * np.ptp(alone)
 
