@@ -36,7 +36,8 @@ def report(largest: bool = False) -> Iterator[Result]:
         [
             f"steps are medians of {STEPS - 1}, the first apart; memory is the largest so far",
             "processor times with one thread each; CalculiX with iterative Cholesky, its fastest "
-            "solver here; scikit-fem assembled in each iteration, with CG and Jacobi",
+            "solver here, not its usual one; scikit-fem assembled in each iteration, with CG "
+            "and Jacobi",
             "CalculiX takes c at the end of a step, which makes the difference to it",
         ],
     )
