@@ -26,7 +26,7 @@ SLENDER = 40.0
 """Length over diameter of tubes from which they are drawn thicker, to half of it."""
 ASIDE, ALONG = 0.5, 0.2
 """Of the eye from the plane of sun and structure, and along the structure; 1 towards the sun."""
-STRIP, COMPASS, GAP = 0.8, 0.36, 0.14
+STRIP, COMPASS, GAP = 1.0, 0.33, 0.17
 """Width beside the structure for directions to sun and planet, their length, their names [inch]."""
 SLIM = 0.1
 """Ratio of extents of what is slender."""
@@ -141,9 +141,9 @@ def _facets(results: Results, skins: list[Skin], frame: int, factor: float) -> t
     """Corners (n, 4, 3) [m] of all facets, and the light that they absorb (n,) [W/m^2]."""
     corners, values = [], []
     for skin in skins:
-        whole = results[f"skins/{skin.name}/corners"][frame]
+        whole = thickened(skin, results[f"skins/{skin.name}/corners"][frame], frame, factor)
         small, light = parted(whole, light_of(results, skin, frame))
-        corners.append(thickened(skin, small, frame, factor))
+        corners.append(small)
         values.append(light)
     return np.concatenate(corners), np.concatenate(values)
 
@@ -199,7 +199,7 @@ def _frame(ax: "Axes", extent: Extent) -> Array:
     low = middle - 0.5 * inch * (box - [STRIP, 0.0])
     ax.set_xlim(low[0], low[0] + inch * box[0])
     ax.set_ylim(low[1], low[1] + inch * box[1])
-    return np.array([low[0] + inch * (box[0] - 0.5 * STRIP), middle[1], inch])
+    return np.array([low[0] + inch * (box[0] - 0.55 * STRIP), middle[1], inch])
 
 
 def _mark_sky(ax: "Axes", camera: Camera, sun: Sun, place: Array) -> None:
@@ -336,7 +336,7 @@ def _draw_powers(results: Results, ax: "Axes") -> None:
     ax.plot(time, factor * total, color="#000000", label="all light")
     ax.plot(time, -factor * np.sum(lost, axis=0), "--", color="#7a8591", label="radiated to space")
     ax.set_ylabel(f"[{unit}]")
-    ax.set_title("heat absorbed, of sun and planet, and radiated")
+    ax.set_title("heat absorbed and radiated")
     ax.set_ylim(bottom=min(0.0, *ax.get_ylim()))
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
