@@ -5,12 +5,13 @@ happens on faces and at places is built on what they offer here, once for all of
 ``thermal.boundary``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meshes.materials import Property
 from thermal.description import Place, Side
 
 Array = NDArray[np.float64]
@@ -161,3 +162,25 @@ def facing_loads(face: Face, direction: Array | None, n: int) -> Array:
             areas = areas * np.maximum(0.0, -block.normals @ rays)
         np.add.at(loads, block.dofs, areas @ block.values)
     return loads
+
+
+class Affine(NamedTuple):
+    """Entries of dE/dT - tau dP/dT that do not depend on temperature, computed once.
+
+    capacity : (k,) float [J/K];  conductance : (k,) float [W/K]
+    """
+
+    capacity: Array
+    conductance: Array
+
+    def at(self, tau: float) -> Array:
+        """(k,) entries."""
+        return self.capacity + tau * self.conductance
+
+
+def affine(entries: Callable[[float], Array], properties: Sequence[Property]) -> Affine | None:
+    """The entries, a function of tau, as constants; None where a property varies."""
+    if not all(p.is_constant for p in properties):
+        return None
+    capacity = entries(0.0)
+    return Affine(capacity, entries(1.0) - capacity)

@@ -21,11 +21,13 @@ from thermal.check import check
 from thermal.composite import compose
 from thermal.description import DEFAULT, Description, Field, Member, Place, Settings, Side
 from thermal.discretisation import (
+    Affine,
     Block,
     Discretisation,
     Face,
     GivenTemperatures,
     Mean,
+    affine,
     facing_loads,
 )
 from thermal.elements import alike, stations
@@ -85,6 +87,7 @@ class HermiteSpace:
         self._cubics = [self._cubic(group) for group in alike(description.members)]
         self._watched = [(m, self._cubic([m])._replace(values=watched(m)))
                          for m in description.members]  # fmt: skip
+        self._constant = [_constant(c, self.start) for c in self._cubics]
 
     def face(self, side: Side) -> Face:
         """Strips between stations all round, or the pieces of an end section."""
@@ -170,7 +173,9 @@ class HermiteSpace:
 
     def tangent(self, T: Array, tau: float) -> Array:
         """Entries in the order of ``entries``."""
-        return np.concatenate([np.empty(0), *(blocks(c, T, tau).ravel() for c in self._cubics)])
+        pairs = zip(self._cubics, self._constant, strict=True)
+        parts = (blocks(c, T, tau).ravel() if k is None else k.at(tau) for c, k in pairs)
+        return np.concatenate([np.empty(0), *parts])
 
     def unusable(self, T: Array) -> str:
         """Which property's range ``T`` has left at stations and Gauss points, or ""."""
@@ -260,3 +265,9 @@ def _slope_numbers(
         owners.append(nodes[sides].ravel())
         count += places.size
     return numbers, np.concatenate(owners)
+
+
+def _constant(cubic: Cubic, T: Array) -> Affine | None:
+    material = cubic.material
+    properties = (material.heat_capacity, *material.conductivities)
+    return affine(lambda tau: blocks(cubic, T, tau).ravel(), properties)

@@ -13,14 +13,14 @@ from meshes.materials import Property
 from thermal.check import check
 from thermal.composite import compose
 from thermal.description import DEFAULT, Description, Member, Place, Settings, Side
-from thermal.discretisation import Discretisation, Face, Mean, facing_loads
+from thermal.discretisation import Affine, Discretisation, Face, Mean, affine, facing_loads
 from thermal.elements import chains, discretise, stations
 from thermal.heat import Heat
 from thermal.layout import given, layout, place_nodes
 from thermal.lumps import LumpSpace
 from thermal.profiles import absorbing_widths, profile, values_at
 from thermal.strips import CORNERS, end_face, lengthwise_face
-from thermal.terms import add_heat, add_power, count, entries, tangent
+from thermal.terms import Chain, add_heat, add_power, count, entries, tangent
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -63,6 +63,7 @@ class LineSpace:
         self._lines = discretise(description.members)
         self._chains = chains(description.members, self._lines, self.regions)
         self._watched = [(m, watched(m)) for m in description.members]
+        self._constant = [_constant(chain, self.start) for chain in self._chains]
 
     def face(self, side: Side) -> Face:
         """Strips between half stations all round, or the pieces of an end section."""
@@ -119,8 +120,12 @@ class LineSpace:
         """Entries in the order of ``entries``."""
         last = np.cumsum([count(chain) for chain in self._chains])
         out = np.empty(last[-1])
-        for chain, part in zip(self._chains, np.split(out, last[:-1]), strict=True):
-            tangent(chain, T, tau, part)
+        parts = np.split(out, last[:-1])
+        for chain, constant, part in zip(self._chains, self._constant, parts, strict=True):
+            if constant is not None:
+                part[:] = constant.at(tau)
+            else:
+                tangent(chain, T, tau, part)
         return out
 
     def unusable(self, T: Array) -> str:
@@ -129,6 +134,16 @@ class LineSpace:
             left_range(m, T[stations(m, self.regions)] @ values.T) for m, values in self._watched
         )
         return next(filter(None, found), "")
+
+
+def _constant(chain: Chain, T: Array) -> Affine | None:
+    def entries(tau: float) -> Array:
+        out = np.empty(count(chain))
+        tangent(chain, T, tau, out)
+        return out
+
+    material = chain.material
+    return affine(entries, (material.heat_capacity, *material.conductivities))
 
 
 def facing(m: Member, direction: Array | None) -> Array | None:

@@ -37,7 +37,7 @@ class Linear(Protocol):
 
 
 class Direct:
-    """LAPACK for small, SuperLU for large systems; see ``thermal.pattern``."""
+    """LAPACK, an envelope, or SuperLU; see ``thermal.pattern``. Equal matrices share factors."""
 
     accuracy = 0.0
     refresh = 1e-4
@@ -45,10 +45,13 @@ class Direct:
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:
         self._pattern = Pattern(n, free, rows, columns)
+        self._last: tuple[Array, Callable[[Array], Array]] | None = None
 
     def factorise(self, values: Array) -> Callable[[Array], Array]:
         """Solver of linear systems with the matrix."""
-        return self._pattern.factorise(values)
+        if self._last is None or not np.array_equal(values, self._last[0]):
+            self._last = values, self._pattern.factorise(values)
+        return self._last[1]
 
 
 def linear_solver(name: str, n: int, free: Indices, rows: Indices, columns: Indices) -> Linear:
