@@ -98,22 +98,31 @@ def _carried(side: Side, face: Face, layout: Any) -> Carried:
 def _quads(block: Block) -> Array:
     """(f, 4, 3) [m]  corners; a triangle has its last one twice."""
     corners = block.polygons
-    if corners.shape[1] == CORNERS - 1:
+    if _triangular(block):
         corners = np.concatenate([corners, corners[:, -1:]], axis=1)
     return corners[:, :CORNERS]
 
 
 def _order(face: Face) -> Indices | None:
-    """Which point lies in each part of a facet, alike in all of them."""
-    counts = {block.areas.shape[1] for block in face}
-    parts = counts.pop()
-    if counts or parts == 1 or round(parts**0.5) ** 2 != parts:
+    """Which point lies in each part of a facet, if facets are alike and have several points."""
+    parts = face[0].areas.shape[1]
+    regular = parts > 1 and round(parts**0.5) ** 2 == parts
+    if not regular or any(b.areas.shape[1] != parts or _triangular(b) for b in face):
         return None
-    block = face[0]
-    centres = small_facets(_quads(block)[:1], parts)[0].mean(axis=1)
-    away = np.linalg.norm(centres[:, None] - block.points[0], axis=2)
-    order = np.argmin(away, axis=1)
-    return order if len(set(order.tolist())) == parts else None
+    orders = [_nearest_points(block, parts) for block in face]
+    whole = len(set(orders[0].tolist())) == parts
+    return orders[0] if whole and all((order == orders[0]).all() for order in orders) else None
+
+
+def _triangular(block: Block) -> bool:
+    return block.polygons.shape[1] < CORNERS
+
+
+def _nearest_points(block: Block, parts: int) -> Indices:
+    """Of the first facet: its point nearest to the middle of each part."""
+    middles = small_facets(_quads(block)[:1], parts)[0].mean(axis=1)
+    away = np.linalg.norm(middles[:, None] - block.points[0], axis=2)
+    return np.argmin(away, axis=1)
 
 
 def _over_facets(face: Face, values: Sequence[Array]) -> Array:

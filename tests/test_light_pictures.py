@@ -342,3 +342,44 @@ def plain_camera(points):
     from coupling.painting import camera_for
 
     return camera_for(points.reshape(-1, 3))
+
+
+# ------------------------------------------------------------------------------------- solids
+
+BOX = """
+[body.mass]
+kind = "particle"
+position = [0, 0, 0]
+mass = 1.0
+[thermal]
+solver = "solid"
+initial = "20 degC"
+[thermal.solid.box]
+box = { size = [0.2, 0.3, 0.4], elements = [2, 2, 2] }
+material = "al6061"
+[thermal.environment]
+sun = { direction = [0.3, -0.8, 0.52] }
+[thermal.surface.box]
+solid = "box"
+absorptivity = 0.6
+emissivity = 0.8
+[output]
+frames = 2
+skins = ["box"]
+export = []
+"""
+
+
+def test_a_solid_in_the_sun_has_a_skin_and_a_picture(tmp_path):
+    text = '[time]\nend = "2 s"\nwindow = "1 s"\n' + BOX
+    outcome = run(casefile.from_text(text, ROOT), tmp_path)
+    assert outcome.code == 0, outcome.reason
+    with Results.open(outcome.folder) as found:
+        (name,) = found.names("skins")
+        corners, light = (found[f"skins/{name}/{k}"][0] for k in ("corners", "light"))
+        assert skin_pictures.map_rows(found) == 0
+        assert "light" in [picture.name for picture in _pictures(found)]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    assert_allclose(light, 0.6 * FLUX * np.maximum(0.0, normal @ SUN), atol=1e-6)
+    assert area(corners).sum() == pytest.approx(2.0 * (0.06 + 0.08 + 0.12))
