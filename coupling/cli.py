@@ -410,7 +410,8 @@ def report(
     what: Annotated[
         str,
         typer.Argument(
-            metavar="CASE|ring_truss|contact", help="A case, the ring truss, or contact."
+            metavar="CASE|ring_truss|contact|heat",
+            help="A case, the ring truss, contact, or heat.",
         ),
     ],
     name: Annotated[
@@ -418,7 +419,8 @@ def report(
         typer.Argument(
             metavar="[NAME]",
             help="work or newton; of the ring truss also levels, elements, integrators, exudyn, "
-            "clearance; of contact extremes, impacts, response_amplitude; without: all of them.",
+            "clearance; of contact extremes, impacts, response_amplitude; of heat extremes, "
+            "shock, speed; without: all of them.",
         ),
     ] = None,
     output: Annotated[
@@ -428,11 +430,12 @@ def report(
         bool,
         typer.Option(
             "--large",
-            help="levels: also ten times the size of Level 4; clearance: the whole 10 s; minutes.",
+            help="levels: also ten times the size of Level 4; clearance: the whole 10 s; speed: "
+            "also 512 000 temperatures; minutes.",
         ),
     ] = False,
 ) -> None:
-    """Measure how fast the motion is computed.
+    """Measure how fast and how well motion and heat are computed.
 
     Times of the parts of a step, ratios to the least possible and to full Newton; growth with
     size; error against time; Exudyn on the same models, where it is installed.

@@ -10,30 +10,24 @@ from rich.console import Console
 from coupling.errors import BadCase, Problem, unknown
 from coupling.reports.registry import (
     OF_A_CASE,
-    OF_CONTACT,
     OF_MANY_SIZES,
-    REPORTS,
+    OWN,
     Picture,
     Result,
     load,
+    reports_of,
 )
-
-OWN = {
-    "ring_truss": tuple(name for name in REPORTS if name not in OF_CONTACT),
-    "contact": OF_CONTACT,
-}
-"""Models that the program itself has for measuring, and the reports of each."""
 
 
 def report(
     what: str, name: str | None, folder: Path, out: Console, large: bool = False
 ) -> list[Path]:
-    """Make the reports of a case, of the ring truss or of contact; the files that were written.
+    """Make the reports of a case, or of a model of the program's own; the files that were written.
 
     Parameters
     ----------
     what : in ``OWN``, or a case
-    name : one of ``REPORTS``; None: all that there are for it
+    name : of the report; None: all that there are for it
     large : sizes that take minutes too
 
     Raises
@@ -53,26 +47,33 @@ def publish(result: Result, folder: Path, out: Console) -> list[Path]:
 
 
 def _chosen(what: str, name: str | None) -> Sequence[str]:
-    there = OWN.get(what, OF_A_CASE)
+    there = reports_of(what)
     if name is None:
         return there
-    if name not in REPORTS:
-        raise BadCase("report", [Problem("", unknown("report", name, REPORTS))])
-    if name not in there:
-        owner = next(owner for owner, names in OWN.items() if name in names)
-        text = f"'{name}' measures models of its own: thermobody report {owner} {name}"
-        raise BadCase("report", [Problem("", text)])
-    return (name,)
+    if name in there:
+        return (name,)
+    owner = next((owner for owner, names in OWN.items() if name in names), None)
+    if owner is None:
+        known = dict.fromkeys(known for names in OWN.values() for known in names)
+        raise BadCase("report", [Problem("", unknown("report", name, known))])
+    text = f"'{name}' measures models of its own: thermobody report {owner} {name}"
+    raise BadCase("report", [Problem("", text)])
 
 
 def _results(what: str, names: Sequence[str], large: bool) -> Iterator[Result]:
     system = None
     for name in names:
-        if name not in OF_A_CASE:
-            yield from load(name)(*([large] if name in OF_MANY_SIZES else []))
+        make = load(what, name)
+        if what in OWN and (what, name) not in _measured(what):
+            yield from make(*([large] if (what, name) in OF_MANY_SIZES else []))
             continue
         system = system or _system(what)
-        yield from load(name)(*system)
+        yield from make(*system)
+
+
+def _measured(what: str) -> set[tuple[str, str]]:
+    """Reports of a model that measure its system as they would that of a case."""
+    return {(what, name) for name in OF_A_CASE} if what == "ring_truss" else set()
 
 
 def _system(what: str) -> tuple[Any, float]:

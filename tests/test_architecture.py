@@ -17,7 +17,7 @@ MAY_IMPORT = {
     "mechanics": {"mechanics", "meshes"},
     "coupling": {"coupling", "thermal", "mechanics", "meshes"},
 }
-HEAVY = {"pyvista", "matplotlib", "skfem", "pint"}
+HEAVY = {"pyvista", "matplotlib", "skfem", "pint", "pyamg"}
 NAMED = re.compile(r"(meshes|thermal|mechanics|coupling)(\.\w+)+(:\w+)?")
 
 

@@ -10,7 +10,7 @@ from coupling.cli import app
 from coupling.report import report
 from coupling.reports import elements, exudyn_models, integrators, newton, work
 from coupling.reports.measure import exponent, fixed, march
-from coupling.reports.registry import OF_A_CASE, OF_CONTACT, OF_MANY_SIZES, REPORTS, load
+from coupling.reports.registry import OF_A_CASE, OF_MANY_SIZES, OWN, load, reports_of
 from coupling.rings import ring_description
 from mechanics.system import System
 from meshes.materials import library_material
@@ -46,10 +46,11 @@ def small_ring():
 
 
 def test_every_report_can_be_loaded():
-    for name in REPORTS:
-        assert callable(load(name))
-    for names in (OF_A_CASE, OF_CONTACT, OF_MANY_SIZES):
-        assert set(names) <= set(REPORTS)
+    for what in (*OWN, "a case"):
+        for name in reports_of(what):
+            assert callable(load(what, name))
+    assert set(OF_A_CASE) <= set(OWN["ring_truss"])
+    assert all(name in OWN[what] for what, name in OF_MANY_SIZES)
 
 
 def test_growth_of_a_power():

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-REPORTS = {
+RING_TRUSS = {
     "work": "coupling.reports.work:report",
     "newton": "coupling.reports.newton:report",
     "levels": "coupling.reports.levels:report",
@@ -15,20 +15,27 @@ REPORTS = {
     "integrators": "coupling.reports.integrators:report",
     "exudyn": "coupling.reports.exudyn:report",
     "clearance": "coupling.reports.ring_clearance:report",
-    "extremes": "coupling.reports.extremes:report",
-    "impacts": "coupling.reports.impacts:report",
-    "response_amplitude": "coupling.reports.response_amplitude:report",
 }
-"""Reports that `thermobody report` can make."""
-
 OF_A_CASE = ("work", "newton")
-"""Those of them that take any case; the others have their own models."""
+"""Reports that take any case; the others have their own models."""
 
-OF_CONTACT = ("extremes", "impacts", "response_amplitude")
-"""Those whose models are journals in bearings with clearance; the rest have the ring truss."""
+OWN = {
+    "ring_truss": RING_TRUSS,
+    "contact": {
+        "extremes": "coupling.reports.extremes:report",
+        "impacts": "coupling.reports.impacts:report",
+        "response_amplitude": "coupling.reports.response_amplitude:report",
+    },
+    "heat": {
+        "extremes": "coupling.reports.heat_extremes:report",
+        "shock": "coupling.reports.heat_shock:report",
+        "speed": "coupling.reports.heat_speed:report",
+    },
+}
+"""Models that the program itself has for measuring, and the reports of each."""
 
-OF_MANY_SIZES = ("levels", "clearance")
-"""Those that take whether what is large, or long, is wanted too."""
+OF_MANY_SIZES = (("ring_truss", "levels"), ("ring_truss", "clearance"), ("heat", "speed"))
+"""Reports that take whether what is large, or long, is wanted too."""
 
 
 Array = NDArray[np.float64]
@@ -70,7 +77,12 @@ class Result(NamedTuple):
 Make = Callable[..., Iterator[Result]]
 
 
-def load(name: str) -> Make:
-    """The function that makes a report."""
-    module, function = REPORTS[name].split(":")
+def reports_of(what: str) -> tuple[str, ...]:
+    """Names of the reports of a model of ``OWN``, or of a case."""
+    return tuple(OWN[what]) if what in OWN else OF_A_CASE
+
+
+def load(what: str, name: str) -> Make:
+    """The function that makes a report of a model of ``OWN``, or of a case."""
+    module, function = OWN.get(what, RING_TRUSS)[name].split(":")
     return getattr(import_module(module), function)
