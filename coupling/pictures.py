@@ -219,6 +219,7 @@ PANELS = {
 }
 BEHIND = ("heat_stored", "heat_exchanged")  # drawn broad, since others should cover them
 DEFECTS = "integrator and defects"
+MOST_TERMS = 8  # of a panel, that can be told apart
 
 
 def _ledger_panels(results: Results) -> dict[str, list[str]]:
@@ -243,12 +244,27 @@ def draw_energy(results: Results, figure: "Figure") -> None:
     panels, time = _ledger_panels(results), results["windows/time"]
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, (name, terms) in zip(axes, panels.items(), strict=True):
-        values = {term: results[f"ledger/{term}"] for term in terms}
+        values = _merged({term: results[f"ledger/{term}"] for term in terms})
         (_plot_defects if name == DEFECTS else _plot_terms)(ax, time, values)
         ax.set_title(name)
         _legend_beside(ax)
     axes[-1].set_xlabel(clock_of(results).label)
     figure.align_ylabels(axes)
+
+
+def _merged(values: dict[str, Array]) -> dict[str, Array]:
+    """Of too many terms those of a kind as their sum, such as all of "heat_light."."""
+    if len(values) <= MOST_TERMS:
+        return values
+    kinds: dict[str, list[str]] = {}
+    for term in values:
+        kinds.setdefault(term.partition(".")[0], []).append(term)
+    return {
+        terms[0] if len(terms) == 1 else f"{kind}, {len(terms)} together": np.sum(
+            [values[term] for term in terms], axis=0
+        )
+        for kind, terms in kinds.items()
+    }
 
 
 def _plot_terms(ax: "Axes", time: Array, values: dict[str, Array]) -> None:

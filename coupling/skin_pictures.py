@@ -20,16 +20,22 @@ Array = NDArray[np.float64]
 
 TIMES = 5
 MOST = 3
-"""Faces in one picture, those with the widest range of temperature."""
+"""Faces in one picture, those with the widest range of temperature at a time."""
 
 
 def mapped_skins(results: Results) -> list[tuple[Skin, Flat]]:
-    """Faces that can be laid out, the widest range of temperature first; a few of them."""
+    """Faces that can be laid out, the widest range of temperature first; a few of them.
+
+    It is the range over the face at a time, in the mean over all times. ``light`` of a face that
+    never sees any is False.
+    """
     found = []
     for skin in read_skins(results):
         flat = laid_out(skin, results[f"skins/{skin.name}/corners"][0])
         if flat is not None:
-            found.append((float(np.ptp(results[f"skins/{skin.name}/temperature"])), skin, flat))
+            T = results[f"skins/{skin.name}/temperature"]
+            lit = skin.light and bool(results[f"skins/{skin.name}/light"].any())
+            found.append((float(np.ptp(T, axis=1).mean()), skin._replace(light=lit), flat))
     return [(skin, flat) for _, skin, flat in sorted(found, key=lambda x: -x[0])[:MOST]]
 
 

@@ -10,6 +10,7 @@ from coupling import casefile, light_pictures, skin_pictures
 from coupling.environments import environment
 from coupling.light_pictures import Sun, eclipses, looking, thickening
 from coupling.model import build
+from coupling.pictures import _merged
 from coupling.plot import STYLE, _pictures
 from coupling.reading import Results
 from coupling.simulation import run
@@ -206,7 +207,7 @@ def test_a_run_with_skins_gets_their_pictures(results):
         background = (np.abs(image - image[2, 2]).max(axis=2) < 5).mean()
         assert 0.05 < background < 0.99, picture.name
     assert light_pictures.sky_rows(results) == 2  # the sunlight does not change
-    assert skin_pictures.map_rows(results) == 6
+    assert skin_pictures.map_rows(results) == 5  # no light on the bottom of the plate
 
 
 def test_powers_are_what_the_skins_absorb(results):
@@ -215,6 +216,16 @@ def test_powers_are_what_the_skins_absorb(results):
     absorbed = (area(corners[0]) * light[0]).sum()
     assert found["light.top"][0] == pytest.approx(absorbed, rel=1e-3)
     assert np.all(found["light.bottom"] == 0.0) and np.all(found["surface.bottom"] < 0.0)
+
+
+def test_many_heats_are_drawn_as_sums_of_their_kinds():
+    few = {f"heat_light.{i}": np.full(3, float(i)) for i in range(4)}
+    assert _merged(few) == few
+    many = {"heat_stored": np.ones(3)} | {f"heat_light.{i}": np.full(3, i) for i in range(5)}
+    many |= {f"heat_surface.{i}": np.full(3, -i) for i in range(5)}
+    merged = _merged(many)
+    assert list(merged) == ["heat_stored", "heat_light, 5 together", "heat_surface, 5 together"]
+    assert list(merged["heat_surface, 5 together"]) == [-10.0] * 3
 
 
 # ------------------------------------------------------------------------------------- laid out
