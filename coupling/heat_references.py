@@ -45,6 +45,9 @@ def _skins(draft: Draft) -> list[str]:
 
 def _skin_names(draft: Draft) -> Iterator[Problem]:
     solids = draft.names("thermal", "solid")
+    analysis = draft.valid.get(("analysis",))
+    if _skins(draft) and analysis is not None and analysis.kind != "dynamics":
+        yield Problem("output.skins", f"are recorded over time, not in {analysis.kind}")
     for i, name in enumerate(_skins(draft)):
         if name not in solids and _kind(draft, name) is None:
             flexible = [n for n in draft.named("body") if _kind(draft, n)]

@@ -78,7 +78,8 @@ def _surroundings(table: Thermal) -> list[tuple[str, str]]:
     if around is None:
         return []
     place = "far from planets" if around.orbit is None else f"{around.orbit.kind} orbit, eclipses"
-    text = f"sun and shadows on {len(table.surface)} surfaces, {place}"
+    n = len(table.surface)
+    text = f"sun and shadows on {n} surface{'s' * (n != 1)}, {place}"
     return [("thermal.environment", f"{text}, {around.attitude.frame} attitude")]
 
 

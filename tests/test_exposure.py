@@ -25,10 +25,10 @@ from thermal.illumination import (
     sky,
     sunlight,
 )
-from thermal.line import LineHeat
 from thermal.lumps import LumpSpace
 from thermal.orbit import FixedSun, Orbit, circular, sun_at_beta
 from thermal.planet import Planet, mean_view_factor
+from thermal.solvers import build
 
 SECTION = tube(0.05, 0.002)
 OUTER = 0.051
@@ -54,7 +54,7 @@ def beam_of(m, element="beam3243"):
 def lit(*members):
     """Their description and its solver, every outer face lit under the name of the member."""
     description = Description(members, conditions=[Irradiation(m.name, m.name) for m in members])
-    return description, LineHeat(description)
+    return description, build("line", description)
 
 
 def coats(*names, absorptivity=1.0, emissivity=1.0):

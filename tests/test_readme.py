@@ -21,7 +21,9 @@ thickness = "1 mm"
 def test_the_example_is_a_case(tmp_path):
     found = re.search(r"```toml\n(.*?)```", README.read_text(), re.DOTALL)
     assert found is not None
-    text = found[1].replace('mesh = "bracket.msh"', "box = {size = [1, 1, 1], elements = [1, 1, 1]}")
+    text = found[1].replace(
+        'mesh = "bracket.msh"', "box = {size = [1, 1, 1], elements = [1, 1, 1]}"
+    )
     (tmp_path / "case.toml").write_text(REST + text.replace('at = "foot"', 'at = "x0"'))
     model = build(read(tmp_path))
     assert "thermal.environment" in model.plan

@@ -178,9 +178,7 @@ def test_prescribed_needs_all_members_covered():
 
 
 def test_unknown_solver_is_answered_with_the_list():
-    with pytest.raises(
-        ValueError, match="line, hermite, wall, solid, lumped"
-    ):
+    with pytest.raises(ValueError, match="line, hermite, wall, solid, lumped"):
         build("lines", everything())
 
 

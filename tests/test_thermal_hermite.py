@@ -23,9 +23,8 @@ from thermal.description import (
     Source,
     Wall,
 )
-from thermal.hermite import HermiteHeat
 from thermal.hermite_terms import GAUSS, shapes
-from thermal.line import LineHeat
+from thermal.solvers import build
 
 NOW = Moment(0.0, {})
 BAR = rectangle(0.002, 0.02)
@@ -83,7 +82,7 @@ def test_tangent_is_the_derivative(solid):
     if solid:
         bar = replace(d.members[1], wall_points=3)
         d = replace(d, members=(uneven(d.members[0]), bar))
-    solver = HermiteHeat(d)
+    solver = build("hermite", d)
     rng = np.random.default_rng(2)
     T, tau, t = solver.initial() + 20.0 * rng.standard_normal(len(solver.x)), 37.0, 2.5
 
@@ -100,7 +99,7 @@ def test_tangent_is_the_derivative(solid):
 def test_heat_balance_closes_to_round_off(material):
     d = everything(material)
     bar = replace(d.members[1], wall_points=3)
-    solver = HermiteHeat(replace(d, members=(uneven(d.members[0]), bar)))
+    solver = build("hermite", replace(d, members=(uneven(d.members[0]), bar)))
     T, rng = solver.initial(), np.random.default_rng(4)
     for i in range(15):
         heat = rng.uniform(0.0, 5.0, len(T))
@@ -116,7 +115,7 @@ def test_steady_cubic_is_exact_on_uneven_elements():
     """Flux density linear along a bar: k A T'' = - p q, T a cubic with both ends given."""
     bar = uneven(member(elements=5, section=BAR))
     light = Irradiation("light", "arm")
-    solver = HermiteHeat(Description((bar,), conditions=(*both_ends(300.0, 340.0), light)))
+    solver = build("hermite", Description((bar,), conditions=(*both_ends(300.0, 340.0), light)))
     q = np.concatenate(
         [(50.0 + 900.0 * block.points[..., 0]).ravel() for block in solver.irradiated["light"]]
     )
@@ -135,7 +134,7 @@ def test_order_four_of_a_cooled_fin():
         fin = member(elements=elements, section=BAR)
         air = Film("air", "arm", still(0.5), still(300.0))
         root = Fixed("root", Place("arm", "start"), still(400.0))
-        solver = HermiteHeat(Description((fin,), conditions=(root, air)))
+        solver = build("hermite", Description((fin,), conditions=(root, air)))
         s, T = cubic_at(fin, solver, settled(solver))
         exact = 300.0 + 100.0 * np.cosh(m * (1.0 - s)) / np.cosh(m)
         errors.append(np.abs(T[..., 0] - exact).max())
@@ -158,22 +157,22 @@ def test_order_four_with_varying_conductivity_and_radiation():
         radiated = 0.9 * STEFAN_BOLTZMANN * (T**4 - 250.0**4)
         return radiated - BAR.area / BAR.outer_perimeter * spread
 
-    def error(make, elements):
+    def error(name, elements):
         arm = member(elements=elements, section=BAR, material=varying(), initial=400.0)
         ends = both_ends(exact(0.0), exact(1.0))
         space, light = Radiation("space", "arm", 0.9, still(250.0)), Irradiation("light", "arm")
-        solver = make(Description((arm,), conditions=(*ends, space, light)))
+        solver = build(name, Description((arm,), conditions=(*ends, space, light)))
         q = [density(block.points[..., 0]).ravel() for block in solver.irradiated["light"]]
         T = settled(solver, {"light": np.concatenate(q)})
-        if make is LineHeat:
+        if name == "line":
             middles = 0.5 * (solver.x[1:, 0] + solver.x[:-1, 0])
             return np.abs(0.5 * (T[1:] + T[:-1]) - exact(middles)).max()
         s, found = cubic_at(arm, solver, T)
         return np.abs(found[..., 0] - exact(s)).max()
 
-    errors = [error(HermiteHeat, n) for n in (4, 8, 16, 32)]
+    errors = [error("hermite", n) for n in (4, 8, 16, 32)]
     assert (orders(errors)[1:] > 3.8).all()
-    assert errors[1] < error(LineHeat, 64)
+    assert errors[1] < error("line", 64)
 
 
 @pytest.mark.parametrize("scheme", ["crank-nicolson", "sdirk2"])
@@ -184,7 +183,7 @@ def test_order_four_of_a_transient(scheme):
     for elements in (4, 8, 16):
         arm = member(elements=elements)
         d = Description((arm,), conditions=both_ends(300.0, 300.0))
-        solver = HermiteHeat(d, Settings(scheme=scheme, steps=400))
+        solver = build("hermite", d, Settings(scheme=scheme, steps=400))
         x, h = arm.points[:, 0], 1.0 / elements
         B = 300.0 + 20.0 * (np.sin(3 * pi * x) + h * pi * np.cos(3 * pi * x))
         T = np.concatenate([300.0 + 20.0 * np.sin(3 * pi * x), B])
@@ -204,7 +203,7 @@ def test_a_stretch_of_wall_is_linear_and_leaves_a_kink_at_its_ends():
     points = bar.points.copy()
     points[[1, 5, 8], 0] += [0.02, -0.03, 0.01]
     bar = replace(bar, points=points)
-    solver = HermiteHeat(Description((bar,), conditions=(*both_ends(300.0, 310.0), wall)))
+    solver = build("hermite", Description((bar,), conditions=(*both_ends(300.0, 310.0), wall)))
     s, T = cubic_at(bar, solver, settled(solver))
     exact = np.interp(s, [0.0, 0.3, 0.7, 1.0], [300.0, 400.0, 380.0, 310.0])
     np.testing.assert_allclose(T[..., 0], exact, rtol=1e-11)
@@ -219,7 +218,7 @@ def test_a_field_that_is_cubic_is_held_as_it_is():
         return 300.0 + t + 40.0 * x[:, 0] ** 3 - 30.0 * x[:, 0] ** 2 + 500.0 * x[:, 1]
 
     arm = uneven(member(elements=4, wall_points=8))
-    solver = HermiteHeat(Description((arm,), conditions=(Field("file", "arm", field),)))
+    solver = build("hermite", Description((arm,), conditions=(Field("file", "arm", field),)))
     T, _, why = solver.advance(solver.initial(), 0.0, 2.0, np.zeros(len(solver.x)))
     assert why == ""
     s, found = cubic_at(arm, solver, T)
@@ -231,19 +230,19 @@ def test_a_field_that_is_cubic_is_held_as_it_is():
 def test_agrees_with_fine_lines_on_everything():
     """Members of both kinds, parts, links, radiation: fine lines converge to few cubics."""
 
-    def solve(make, factor):
+    def solve(name, factor):
         d = everything(varying())
         boom = member("boom", 2.0, 20 * factor, 4, material=varying(), initial=310.0)
         bar = member("bar", 0.5, 3 * factor, material=varying(), section=circle(0.02),
                      start=(2.0, 0.0, 0.0))  # fmt: skip
-        solver = make(replace(d, members=(boom, bar)), Settings(1e-4))
+        solver = build(name, replace(d, members=(boom, bar)), Settings(1e-4))
         T, _, why = solver.advance(solver.initial(), 0.0, 600.0, np.zeros(len(solver.x)))
         assert why == ""
         ends = [T[solver.regions["boom"][-4:]], T[solver.regions["bar"][[0, -1]]]]
         return np.concatenate([*ends, T[solver.regions["hub"]]])
 
-    cubic = solve(HermiteHeat, 1)
-    errors = [np.abs(solve(LineHeat, n) - cubic).max() for n in (1, 2, 4)]
+    cubic = solve("hermite", 1)
+    errors = [np.abs(solve("line", n) - cubic).max() for n in (1, 2, 4)]
     assert (orders(errors) > 1.7).all()
     assert errors[-1] < 0.03
 
@@ -256,7 +255,7 @@ def shock(scheme, fourier, count):
     arm, h = member(elements=16), 1.0 / 16
     cold = Fixed("cold", Place("arm", "start"), still(200.0))
     d = Description((arm,), conditions=(cold,))
-    solver = HermiteHeat(d, Settings(scheme=scheme, steps=count))
+    solver = build("hermite", d, Settings(scheme=scheme, steps=count))
     end = count * fourier * h**2 * 2700.0 * 896.0 / 167.0
     T, _, why = solver.advance(solver.initial(), 0.0, end, np.zeros(len(solver.x)))
     assert why == ""
@@ -282,7 +281,7 @@ def test_a_shock_that_the_mesh_does_not_resolve_overshoots():
 
 
 def test_slopes_are_in_no_region_and_start_level():
-    solver = HermiteHeat(Description((member(elements=4, wall_points=4),)))
+    solver = build("hermite", Description((member(elements=4, wall_points=4),)))
     assert list(solver.regions) == ["arm"]
     np.testing.assert_array_equal(solver.regions["arm"], np.arange(20))
     assert len(solver.x) == 40
@@ -295,7 +294,7 @@ def test_sources_spread_by_volume_warm_evenly():
     """Heat given to all of a bar by volume leaves no slope."""
     bar = uneven(member(elements=5))
     heater = Source("heater", Place("arm"), ramp(50.0, 50.0, 1.0))
-    solver = HermiteHeat(Description((bar,), conditions=(heater,)), Settings(inf))
+    solver = build("hermite", Description((bar,), conditions=(heater,)), Settings(inf))
     T, flows, _ = solver.advance(solver.initial(), 0.0, 20.0, np.zeros(len(solver.x)))
     rise = 1000.0 / (2700.0 * 896.0 * 1e-4)
     np.testing.assert_allclose(T, 300.0 + rise, rtol=1e-12)
@@ -304,7 +303,7 @@ def test_sources_spread_by_volume_warm_evenly():
 
 def test_uniform_flux_enters_every_element_by_its_length():
     arm = uneven(member(elements=3, wall_points=4))
-    space = HermiteHeat(Description((arm,))).space
+    space = build("hermite", Description((arm,))).space
     loads = space.absorbing(Side("arm"), None)
     assert loads.sum() == pytest.approx(arm.section.outer_perimeter, rel=1e-13)
     rays = np.array([0.2, 0.5, -1.0])

@@ -32,12 +32,12 @@ def test_one_step_of_heat_is_linear_in_the_size():
     """Iterations do not grow with the mesh: at most 2 more for 8 times the temperatures."""
     from coupling.reports.heat_rivals import STEP, description
     from thermal.description import Settings
-    from thermal.solid import SolidHeat
+    from thermal.solvers import build
 
     most = []
     for cells in (10, 20):
         settings = Settings(scheme="backward-euler", steps=1, linear="multigrid")
-        solver = SolidHeat(description(cells), settings)
+        solver = build("solid", description(cells), settings)
         _, _, why = solver.advance(solver.initial(), 0.0, STEP, np.zeros(len(solver.x)))
         assert why == ""
         most.append(solver.linear.iterations)

@@ -27,10 +27,11 @@ from thermal.description import (
     Source,
     Wall,
 )
-from thermal.line import LineHeat, facing
+from thermal.line import facing
 from thermal.pattern import Pattern, block_entries
 from thermal.profiles import absorbing_widths
 from thermal.sdirk import GAMMA
+from thermal.solvers import build
 
 SIGMA = STEFAN_BOLTZMANN
 NOW = Moment(0.0, {})
@@ -85,7 +86,7 @@ def test_conduction_agrees_with_scikit_fem():
     from skfem import Basis, BilinearForm, ElementLineP1, MeshLine, asm
 
     arm = member(length=0.8, elements=5, wall_points=6, material=varying())
-    solver = LineHeat(Description((arm,)))
+    solver = build("line", Description((arm,)))
     T = 300.0 + 40.0 * np.random.default_rng(1).standard_normal(len(solver.x))
     values, slopes = cardinal(6)
     mesh = MeshLine(np.linspace(0.0, 0.8, 6)[None])
@@ -106,7 +107,7 @@ def test_conduction_agrees_with_scikit_fem():
 
 
 def test_tangent_is_the_derivative():
-    solver = LineHeat(everything())
+    solver = build("line", everything())
     T = solver.initial() + 20.0 * np.random.default_rng(2).standard_normal(len(solver.x))
     tau, t, step = 37.0, 2.5, 1e-3
 
@@ -138,7 +139,7 @@ def everywhere():
 
 
 def test_tangent_with_all_faces_and_gradients_is_the_derivative():
-    solver = LineHeat(everywhere())
+    solver = build("line", everywhere())
     rng = np.random.default_rng(3)
     T, tau, t = solver.initial() + 20.0 * rng.standard_normal(len(solver.x)), 37.0, 2.5
 
@@ -152,7 +153,7 @@ def test_tangent_with_all_faces_and_gradients_is_the_derivative():
 
 
 def test_heat_balance_with_all_faces_and_gradients_closes():
-    solver = LineHeat(everywhere())
+    solver = build("line", everywhere())
     T, rng = solver.initial(), np.random.default_rng(4)
     for i in range(10):
         heat = rng.uniform(0.0, 5.0, len(T))
@@ -214,7 +215,9 @@ def test_matrices_that_need_pivots_are_left_to_superlu():
 
 def test_large_models_use_the_same_matrix_in_sparse_form():
     arm = member(elements=60, wall_points=4, material=varying())
-    solver = LineHeat(Description((arm,), conditions=(Radiation("space", "arm", 0.9, still(4.0)),)))
+    solver = build(
+        "line", Description((arm,), conditions=(Radiation("space", "arm", 0.9, still(4.0)),))
+    )
     T = 300.0 + np.random.default_rng(3).standard_normal(len(solver.x))
     rows, columns = solver.space.entries()
     own = coo_array((solver.space.tangent(T, 10.0), (rows, columns)), shape=(len(T),) * 2)
@@ -230,7 +233,7 @@ def test_large_models_use_the_same_matrix_in_sparse_form():
 @pytest.mark.parametrize("material", [plain(), varying()])
 def test_heat_balance_closes_to_round_off(material):
     """Everything at once: the flows and the heat given are what is stored."""
-    solver = LineHeat(everything(material))
+    solver = build("line", everything(material))
     T, rng = solver.initial(), np.random.default_rng(4)
     for i in range(30):
         heat = rng.uniform(0.0, 5.0, len(T))
@@ -244,7 +247,7 @@ def test_heat_balance_closes_to_round_off(material):
 
 def test_balance_of_a_jump_of_a_prescribed_temperature():
     step = Fixed("base", Place("arm", "start"), lambda t: 300.0 if t < 0 else 500.0)
-    solver = LineHeat(Description((member(material=varying()),), conditions=(step,)))
+    solver = build("line", Description((member(material=varying()),), conditions=(step,)))
     T, flows = run(solver, 5.0)
     stored = solver.energy(T) - solver.energy(solver.initial())
     assert flows["base"] == pytest.approx(stored, rel=1e-12)
@@ -257,7 +260,7 @@ def test_steady_flow_through_a_bar_and_a_wall():
         Fixed("hot", Place("arm", "start"), still(400.0)),
         Fixed("cold", Place("arm", "end"), still(300.0)),
     )
-    solver = LineHeat(Description((member(wall_points=4),), conditions=conditions))
+    solver = build("line", Description((member(wall_points=4),), conditions=conditions))
     T, _ = run(solver, 1e8)
     _, flows = run(solver, 60.0, T=T)
     expected = 167.0 * 2 * pi * RADIUS * THICKNESS * 100.0 * 60.0
@@ -272,7 +275,7 @@ def test_network_of_resistances():
     links += [Link("air", Place("bar2", "end"), still(350.0), 0.2)]
     ends = [Fixed(f"end{i}", Place(f"bar{i}", "end"), still(300.0 + 50 * i)) for i in range(2)]
     hub = Part("hub", np.zeros(3), plain(), 0.01, 300.0)
-    solver = LineHeat(Description(bars, (hub,), links, ends))
+    solver = build("line", Description(bars, (hub,), links, ends))
     T, flows = run(solver, 1e5)
     r = 1 / 0.5 + 0.1 / (167.0 * 1e-4)
     conductances = np.array([1 / r, 1 / r, 1 / (r + 5.0)])
@@ -301,7 +304,7 @@ def test_order_in_space_of_a_radiating_fin_with_varying_conductivity():
             Fixed("root", Place("fin", "start"), still(500.0)),
             Radiation("space", "fin", 0.9, still(250.0)),
         )
-        solver = LineHeat(Description((fin,), conditions=conditions))
+        solver = build("line", Description((fin,), conditions=conditions))
         T, _ = run(solver, 1e6)
         _, flows = run(solver, 1e6 + 1.0, T=T, start=1e6)
         errors.append(np.abs(T - exact.sol(solver.x[:, 0])[0]).max())
@@ -319,7 +322,7 @@ def test_order_in_time_with_varying_properties_radiation_and_moving_boundary():
         Radiation("space", "fin", 0.9, lambda t: 250.0 + 5.0 * t),
         Flux("light", "fin", lambda t: 3e4 * np.sin(0.2 * t) ** 2),
     )
-    solver = LineHeat(Description((fin,), conditions=conditions), Settings(tolerance=inf))
+    solver = build("line", Description((fin,), conditions=conditions), Settings(tolerance=inf))
     mass = 2700.0 * fin.section.area * 0.025 * np.array([1, 1, 1, 0.5])
 
     def rate(t, free):
@@ -340,7 +343,7 @@ def test_one_window_is_as_accurate_as_its_tolerance():
     loss = 3 * 0.8 * SIGMA * plate.section.outer_perimeter / (2700 * 896 * plate.section.area)
     exact = (473.15**-3 + loss * 3600.0) ** (-1 / 3)
     for tolerance in (1e-1, 1e-2, 1e-3):
-        solver = LineHeat(Description((plate,), conditions=(cooling,)), Settings(tolerance))
+        solver = build("line", Description((plate,), conditions=(cooling,)), Settings(tolerance))
         assert np.abs(run(solver, 3600.0)[0] - exact).max() < 10 * tolerance
     assert np.abs(run(solver, 3600.0, 50)[0] - exact).max() < 1e-2
 
@@ -351,10 +354,10 @@ def test_error_estimate_is_the_error_of_a_linear_decay():
     air = Link("air", Place("block"), still(300.0), 8.96)  # rate 0.01 1/s
     h = 10.0
     exact = 300.0 + 100.0 * exp(-0.01 * h)
-    single = LineHeat(Description((), (block,), (air,)), Settings(inf))
+    single = build("line", Description((), (block,), (air,)), Settings(inf))
     error = abs(run(single, h)[0][0] - exact)
-    cautious = LineHeat(Description((), (block,), (air,)), Settings(0.8 * error))
-    bold = LineHeat(Description((), (block,), (air,)), Settings(1.25 * error))
+    cautious = build("line", Description((), (block,), (air,)), Settings(0.8 * error))
+    bold = build("line", Description((), (block,), (air,)), Settings(1.25 * error))
     assert run(bold, h)[0][0] == run(single, h)[0][0]
     assert run(cautious, h)[0][0] != run(single, h)[0][0]
 
@@ -362,11 +365,11 @@ def test_error_estimate_is_the_error_of_a_linear_decay():
 def test_shock_is_damped_and_cools_nobody():
     """L-stability and mass lumping: no ringing after a jump, no station below its start."""
     step = Fixed("base", Place("arm", "start"), still(500.0))
-    solver = LineHeat(Description((member(wall_points=4),), conditions=(step,)), Settings(inf))
+    solver = build("line", Description((member(wall_points=4),), conditions=(step,)), Settings(inf))
     stiff, _ = run(solver, 1e12)
     np.testing.assert_allclose(stiff, 500.0, rtol=0.0, atol=1e-4)
     for h in (1e-3, 1.0, 30.0):
-        T, _ = run(LineHeat(Description((member(wall_points=4),), conditions=(step,))), h)
+        T, _ = run(build("line", Description((member(wall_points=4),), conditions=(step,))), h)
         assert T.min() > 300.0 - 1e-9
         assert (np.diff(T[::4]) <= 1e-9).all()
 
@@ -376,7 +379,7 @@ def after_cold_shock(n, elements, fourier, settings):
     cold = Fixed("cold", Place("arm", "start"), still(200.0))
     section = rectangle(0.02, 0.01) if n == 3 else None
     arm = member(elements=elements, wall_points=n, section=section, material=varying())
-    solver = LineHeat(Description((arm,), conditions=(cold,)), settings)
+    solver = build("line", Description((arm,), conditions=(cold,)), settings)
     step = fourier / elements**2 * 2700.0 * 896.0 / 167.0
     T, _, why = solver.advance(
         solver.initial(), 0.0, step * (settings.steps or 1), np.zeros(len(solver.x))
@@ -414,14 +417,14 @@ def test_huge_step_of_a_decay_leaves_nothing():
     """Amplification at infinity is zero."""
     block = Part("block", np.zeros(3), plain(), 1.0, 400.0)
     air = Link("air", Place("block"), still(300.0), 8.96e12)
-    T, _ = run(LineHeat(Description((), (block,), (air,)), Settings(inf)), 1.0)
+    T, _ = run(build("line", Description((), (block,), (air,)), Settings(inf)), 1.0)
     assert T[0] == pytest.approx(300.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("n", [4, 8])
 def test_harmonics_of_the_circumference_decay_at_their_rate(n):
     """exp(-k m^2 t / (rho c R^2)) for every harmonic that the points can carry."""
-    solver = LineHeat(Description((member(wall_points=n, elements=2),)), Settings(1e-7))
+    solver = build("line", Description((member(wall_points=n, elements=2),)), Settings(1e-7))
     phi = 2 * pi / n * np.arange(n)
     for m in range(1, n // 2 + 1):
         t = RADIUS**2 * 2700.0 * 896.0 / (167.0 * m**2)
@@ -441,7 +444,7 @@ def test_sunlit_tube_reaches_the_closed_form(n):
         Flux("sun", "arm", still(q), np.array([0.0, -1.0, 0.0])),
         Radiation("space", "arm", emissivity, still(300.0)),
     )
-    solver = LineHeat(Description((member(wall_points=n, elements=2),), conditions=conditions))
+    solver = build("line", Description((member(wall_points=n, elements=2),), conditions=conditions))
     T, _ = run(solver, 1e6)
     h = 4 * emissivity * SIGMA * 300.0**3
     mean = q / (pi * h)
@@ -468,7 +471,7 @@ def test_hot_spot_of_a_sunlit_tube_against_the_nonlinear_balance():
         Flux("sun", "arm", still(q), np.array([0.0, -1.0, 0.0])),
         Radiation("space", "arm", eps, still(4.0)),
     )
-    T, flows = run(LineHeat(Description((arm,), conditions=conditions)), 1e7)
+    T, flows = run(build("line", Description((arm,), conditions=conditions)), 1e7)
     np.testing.assert_allclose(T[:17], exact.sol(2 * pi / 32 * np.arange(17))[0], atol=0.05)
     assert flows["sun"] == pytest.approx(q * 2 * outer * 1.0 * 1e7, rel=1e-9)
 
@@ -501,8 +504,8 @@ def test_rectangles_absorb_their_shadow(angle):
 
 
 def test_uniform_flux_enters_over_the_whole_contour():
-    solver = LineHeat(
-        Description((member(wall_points=4),), conditions=(Flux("glow", "arm", still(7.0)),))
+    solver = build(
+        "line", Description((member(wall_points=4),), conditions=(Flux("glow", "arm", still(7.0)),))
     )
     T, flows = run(solver, 10.0)
     assert flows["glow"] == pytest.approx(70.0 * 2 * pi * (RADIUS + THICKNESS / 2), rel=1e-12)
@@ -513,7 +516,7 @@ def test_wall_is_linear_across_the_section_and_along_the_stretch():
     hot, cold = (ramp(300, 400, 10), ramp(300, 360, 10)), (ramp(300, 320, 10), ramp(300, 310, 10))
     side = np.array([5.0, 1.0, 1.0])  # its part along the member does not count
     wall = Wall("sun", "arm", 0.25, 1.0, side, hot, cold)
-    solver = LineHeat(Description((member(wall_points=6),), conditions=(wall,)))
+    solver = build("line", Description((member(wall_points=6),), conditions=(wall,)))
     T, _ = run(solver, 5.0)
     x = solver.x[12:]
     along = (x[:, 0] - 0.25) / 0.75
@@ -528,7 +531,7 @@ def test_wall_of_a_bar_gives_its_mean():
     wall = Wall(
         "sun", "arm", 0.5, 0.5, np.array([0, 1, 0]), (still(400), still(0)), (still(300), still(0))
     )
-    solver = LineHeat(Description((member(),), conditions=(wall,)))
+    solver = build("line", Description((member(),), conditions=(wall,)))
     T, _ = run(solver, 1.0)
     assert T[4] == pytest.approx(350.0, abs=1e-10)
     assert T[3] < 350.0
@@ -538,17 +541,17 @@ def test_link_spreads_its_heat_evenly_over_the_end_section():
     hub = Part("hub", np.zeros(3), plain(), 1.0, 350.0)
     link = Link("fitting", Place("hub"), Place("arm", "end"), 2.0)
     arm = member(wall_points=4)
-    solver = LineHeat(Description((arm,), (hub,), (link,)))
+    solver = build("line", Description((arm,), (hub,), (link,)))
     T = solver.initial()
     T[-5:-1] = [310.0, 300.0, 290.0, 300.0]
-    even = LineHeat(Description((arm,), (hub,))).power(T, NOW)[0]
+    even = build("line", Description((arm,), (hub,))).power(T, NOW)[0]
     np.testing.assert_allclose(solver.power(T, NOW)[0][-5:-1] - even[-5:-1], 25.0, rtol=1e-10)
 
 
 def test_heat_given_to_a_node_arrives():
     """100 J on a part of 2 kg; the sum of flows knows nothing of it."""
     hub = Part("hub", np.zeros(3), plain(), 2.0, 300.0)
-    solver = LineHeat(Description((), (hub,)))
+    solver = build("line", Description((), (hub,)))
     T, flows, why = solver.advance(solver.initial(), 0.0, 1.0, np.array([100.0]))
     assert (why, flows) == ("", {})
     assert T[0] == pytest.approx(300.0 + 100.0 / (2.0 * 896.0), rel=1e-12)
@@ -558,13 +561,14 @@ def test_semi_infinite_bar_after_a_step_and_under_a_flux():
     """erfc(x / 2 sqrt(D t)); surface rise 2 q sqrt(D t / pi) / k."""
     diffusivity = 167.0 / (2700.0 * 896.0)
     bar = member("bar", 0.1, 100)
-    step = LineHeat(
-        Description((bar,), conditions=(Fixed("face", Place("bar", "start"), still(301.0)),))
+    step = build(
+        "line",
+        Description((bar,), conditions=(Fixed("face", Place("bar", "start"), still(301.0)),)),
     )
     T, _ = run(step, 1.0)
     assert T[10] - 300.0 == pytest.approx(erfc(0.01 / (2 * sqrt(diffusivity))), rel=3e-3)
-    flux = LineHeat(
-        Description((bar,), conditions=(Source("face", Place("bar", "start"), still(1.0)),))
+    flux = build(
+        "line", Description((bar,), conditions=(Source("face", Place("bar", "start"), still(1.0)),))
     )
     T, _ = run(flux, 1.0)
     assert T[0] - 300.0 == pytest.approx(2e4 * sqrt(diffusivity / pi) / 167.0, rel=2e-3)
@@ -573,7 +577,7 @@ def test_semi_infinite_bar_after_a_step_and_under_a_flux():
 def test_reason_names_the_member_and_the_property_whose_range_was_left():
     arm = member(wall_points=4, material=varying(200.0, 320.0))
     heater = Source("heater", Place("arm", "end"), still(500.0))
-    solver = LineHeat(Description((arm,), conditions=(heater,)))
+    solver = build("line", Description((arm,), conditions=(heater,)))
     _, _, why = solver.advance(solver.initial(), 0.0, 100.0, np.zeros(len(solver.x)))
     assert "'arm' left the range of" in why
     assert "200 K to 320 K" in why
@@ -585,7 +589,7 @@ def test_range_is_watched_between_the_wall_points_too():
     hot, cold = (still(321.0),) * 2, (still(279.0),) * 2
     wall = Wall("sun", "arm", 0.0, 1.0, np.array([0.0, 1.0, 1.0]), hot, cold)
     arm = member(wall_points=4, material=varying(200.0, 320.0))
-    solver = LineHeat(Description((arm,), conditions=(wall,)))
+    solver = build("line", Description((arm,), conditions=(wall,)))
     _, _, why = solver.advance(solver.initial(), 0.0, 1.0, np.zeros(len(solver.x)))
     assert "left the range of" in why
 
@@ -593,7 +597,7 @@ def test_range_is_watched_between_the_wall_points_too():
 def test_cooling_below_absolute_zero_is_refused():
     cooler = Source("cooler", Place("hub"), still(-1e4))
     hub = Part("hub", np.zeros(3), plain(), 1.0, 300.0)
-    solver = LineHeat(Description((), (hub,), conditions=(cooler,)))
+    solver = build("line", Description((), (hub,), conditions=(cooler,)))
     _, _, why = solver.advance(solver.initial(), 0.0, 100.0, np.zeros(1))
     assert "'hub' fell below 0 K" in why
 
@@ -602,14 +606,14 @@ def test_cooling_below_absolute_zero_is_refused():
 def test_history_without_a_number_is_a_reason(start):
     source = Source("broken", Place("hub"), lambda t: float("nan") if t > start else 0.0)
     hub = Part("hub", np.zeros(3), plain(), 1.0, 300.0)
-    solver = LineHeat(Description((), (hub,), conditions=(source,)))
+    solver = build("line", Description((), (hub,), conditions=(source,)))
     _, _, why = solver.advance(solver.initial(), 0.0, 2.0, np.zeros(1))
     assert "source 'broken': its power is not a number" in why
 
 
 def test_members_of_one_mesh_do_not_touch_without_a_link():
     near, far = member("near", initial=300.0), member("far", initial=400.0, start=(1, 0, 0))
-    solver = LineHeat(Description((near, far)))
+    solver = build("line", Description((near, far)))
     T, _ = run(solver, 1e4)
     np.testing.assert_allclose(T, solver.initial(), rtol=1e-13)
 
@@ -618,7 +622,7 @@ def test_steps_follow_a_jump_of_a_flux_within_the_window():
     """Energy enters by the history, not by its value at the stages alone."""
     step = Source("heater", Place("hub"), lambda t: 0.0 if t < 0.3 else 1000.0)
     hub = Part("hub", np.zeros(3), plain(), 1.0, 300.0)
-    solver = LineHeat(Description((), (hub,), conditions=(step,)))
+    solver = build("line", Description((), (hub,), conditions=(step,)))
     _, flows = run(solver, 1.0)
     assert flows["heater"] == pytest.approx(700.0, abs=5.0)
     assert GAMMA * 1000.0 - 700.0 < -5.0  # which one step would have made of it

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from thermal.boundary import Moment
 from thermal.description import Description, Link, Part, Place, Radiation
-from thermal.line import LineHeat
+from thermal.solvers import build
 
 NOW = Moment(0.0, {})
 TAU = 10.0
@@ -61,7 +61,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_an_iteration_of_twenty_thousand_temperatures(name):
     """Residual, tangent, factorisation and solution with k(T), c(T), radiation."""
-    solver = LineHeat(CASES[name])
+    solver = build("line", CASES[name])
     T = solver.initial() + np.random.default_rng(0).standard_normal(len(solver.x))
 
     def residual():

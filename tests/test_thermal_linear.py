@@ -18,7 +18,7 @@ from thermal.description import Description, Fixed, Flux, Place, Radiation, Sett
 from thermal.linear import Direct, linear_solver
 from thermal.multigrid import Multigrid
 from thermal.petsc import Petsc
-from thermal.solid import SolidHeat
+from thermal.solvers import build
 
 
 def has_petsc():
@@ -67,7 +67,7 @@ def heated(size, counts, linear, scheme="backward-euler", steps=1):
     )
     solid = Solid("box", box(size, counts), {"": varying()}, 400.0)
     settings = Settings(scheme=scheme, steps=steps, linear=linear)
-    return SolidHeat(Description(solids=(solid,), conditions=conditions), settings)
+    return build("solid", Description(solids=(solid,), conditions=conditions), settings)
 
 
 def march(solver, h, count):

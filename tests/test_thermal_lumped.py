@@ -1,6 +1,7 @@
 """The heat network on its own, and against the finite elements."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from math import exp, inf, pi, sqrt
 
@@ -35,11 +36,10 @@ from thermal.description import (
     Source,
     Wall,
 )
-from thermal.line import LineHeat
 from thermal.lump_faces import absorbing_arcs
 from thermal.lumped import LumpedHeat, NetworkSpace
 from thermal.network import cell_lengths
-from thermal.wall import WallHeat
+from thermal.solvers import build
 
 
 def run(solver, end, windows=1, T=None):
@@ -200,7 +200,9 @@ def test_network_and_finite_elements_meet_as_the_mesh_is_refined():
     for end in (200.0, 1e6):
         gaps = []
         for n, elements in ((4, 8), (8, 16), (16, 32)):
-            a, b = (run(s(sunlit(n, elements)), end)[:-1] for s in (LineHeat, LumpedHeat))
+            a, b = (
+                run(s(sunlit(n, elements)), end)[:-1] for s in (partial(build, "line"), LumpedHeat)
+            )
             gaps.append(np.abs(a - b).max())
         assert (orders(gaps) > 1.6).all()
         assert gaps[-1] < 0.05
@@ -211,7 +213,7 @@ def test_network_and_finite_elements_agree_where_walls_are_given():
     hot, cold = (lambda t: 300 + 4 * t, lambda t: 300 + t), (still(300.0), still(280.0))
     wall = Wall("sun", "arm", 0.2, 1.0, np.array([0, 1, 0]), hot, cold)
     d = Description((member(wall_points=4, material=varying()),), conditions=(wall,))
-    a, b = run(LineHeat(d), 10.0, 10), run(LumpedHeat(d), 10.0, 10)
+    a, b = run(build("line", d), 10.0, 10), run(LumpedHeat(d), 10.0, 10)
     assert np.abs(a - b).max() < 0.02
 
 
@@ -241,7 +243,7 @@ def test_default_scheme_is_another_than_that_of_the_finite_elements():
     assert run(LumpedHeat(d, once), 100.0)[0] == pytest.approx(300.0 + 100.0 * end, rel=1e-13)
     a = 1.0 - sqrt(0.5)
     sdirk = (1.0 - (1.0 - 2.0 * a)) / (1.0 + a) ** 2
-    assert run(LineHeat(d, once), 100.0)[0] == pytest.approx(300.0 + 100.0 * sdirk, rel=1e-13)
+    assert run(build("line", d, once), 100.0)[0] == pytest.approx(300.0 + 100.0 * sdirk, rel=1e-13)
 
 
 def test_steady_state_is_where_a_long_transient_ends():
@@ -447,7 +449,7 @@ def test_sections_of_three_points_agree_with_finite_elements(section, material, 
         Fixed("root", Place("arm", "start"), still(300.0)),
     )
     d = Description((bar,), conditions=conditions)
-    a, b = (run(s(d, Settings(1e-5)), 100.0) for s in (LineHeat, LumpedHeat))
+    a, b = (run(s(d, Settings(1e-5)), 100.0) for s in (partial(build, "line"), LumpedHeat))
     assert np.ptp(a[-3:]) > 1.0
     assert np.abs(a - b).max() < gap
 
@@ -591,7 +593,7 @@ def lit_tube(n):
 def test_network_and_walls_of_second_order_meet_as_the_mesh_is_refined(make, end):
     gaps = []
     for n in (8, 16, 32):
-        reference = WallHeat(make(n), Settings(1e-3, order=2))
+        reference = build("wall", make(n), Settings(1e-3, order=2))
         net = LumpedHeat(make(n), Settings(1e-3))
         a, b = (
             run(s, end) if end else s.steady(s.initial(), 0.0)[0] for s in (reference, net)

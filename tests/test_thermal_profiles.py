@@ -1,6 +1,7 @@
 """Profiles over sections and faces of members: closed forms, areas, normals, polygons."""
 
 from dataclasses import replace
+from functools import partial
 from math import exp, pi
 
 import numpy as np
@@ -24,8 +25,7 @@ from thermal.description import (
     Wall,
 )
 from thermal.discretisation import at_points, facing_loads, merged
-from thermal.hermite import HermiteHeat
-from thermal.line import LineHeat, facing
+from thermal.line import facing
 from thermal.profiles import (
     GRADIENTS,
     absorbing_widths,
@@ -36,10 +36,11 @@ from thermal.profiles import (
     values_at,
     wall_offsets,
 )
+from thermal.solvers import build
 
 SQUARE, PLATE, ROD = rectangle(0.02, 0.02), rectangle(0.03, 0.01), circle(0.015)
 TUBE = tube(RADIUS, THICKNESS)
-SOLVERS = [LineHeat, HermiteHeat]
+SOLVERS = [partial(build, "line"), partial(build, "hermite")]
 
 
 def settled(solver, outside=None):
@@ -222,7 +223,9 @@ def test_radiation_of_a_bent_profile_is_that_of_its_outline():
     """sigma eps T^4 round a rectangle and a circle against adaptive quadrature."""
     for section in (PLATE, ROD):
         bar = member(elements=1, wall_points=3, section=section)
-        solver = LineHeat(Description((bar,), conditions=(Radiation("r", "arm", 0.7, still(0)),)))
+        solver = build(
+            "line", Description((bar,), conditions=(Radiation("r", "arm", 0.7, still(0)),))
+        )
         T = np.tile([420.0, 310.0, 350.0], 2)
         fine = outer_contour(replace(section), 360, fine=True)
         at = values_at(section, 3, fine.offsets) @ T[:3]
@@ -362,13 +365,13 @@ def test_the_mean_of_a_member_is_by_volume(make, n, section):
 
 
 def test_merged_faces_hold_the_same_areas_and_temperatures():
-    space = LineHeat(Description((bent(8, TUBE),))).space
+    space = build("line", Description((bent(8, TUBE),))).space
     face = space.face(Side("arm"))
     (one,) = merged(face)
     T = 300.0 + np.random.default_rng(1).standard_normal(len(space.x))
     total = sum((b.areas * at_points(b, T) ** 4).sum() for b in face)
     assert (one.areas * at_points(one, T) ** 4).sum() == pytest.approx(total, rel=1e-13)
-    (bare,) = merged(LineHeat(Description((bent(1, TUBE),))).space.face(Side("arm")))
+    (bare,) = merged(build("line", Description((bent(1, TUBE),))).space.face(Side("arm")))
     assert bare.areas.shape == (9, 1)
 
 

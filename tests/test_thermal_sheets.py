@@ -28,7 +28,8 @@ from thermal.description import (
     Side,
     Source,
 )
-from thermal.wall import WallHeat, WallSpace
+from thermal.solvers import build
+from thermal.wall import WallSpace
 
 SIGMA = STEFAN_BOLTZMANN
 
@@ -45,7 +46,7 @@ def heat(surface, conditions=(), order=1, **more):
     """Solver of one sheet, and of settings by name."""
     own = {key: more.pop(key) for key in ("thickness", "material", "initial") if key in more}
     d = Description((), conditions=conditions, sheets=[sheet(surface, **own)])
-    return WallHeat(d, Settings(order=order, **more))
+    return build("wall", d, Settings(order=order, **more))
 
 
 def steady(solver, outside=None):
@@ -229,7 +230,7 @@ def test_a_shell_like_a_tube_conducts_like_its_wall():
     arm = member(elements=4, wall_points=n, section=tube_section(radius, t), along=(0, 0, 1))
     conditions = [Flux("sun", "arm", still(1361.0), direction),
                   Radiation("space", "arm", 0.8, still(4.0))]  # fmt: skip
-    line = WallHeat(Description([arm], conditions=conditions), Settings(steps=20))
+    line = build("wall", Description([arm], conditions=conditions), Settings(steps=20))
     shell = heat(tube(radius, 1.0, n, 4),
                  [Flux("sun", "panel", still(1361.0), direction, "top"),
                   Radiation("space", "panel", 0.8, still(4.0), "top")],
@@ -313,7 +314,7 @@ def test_what_flows_in_is_stored(order):
         Faces("oven", "floor", ramp(300.0, 350.0, 5.0), still(300.0)),
     )
     d = Description((), (hub,), links, conditions, (panel, floor))
-    solver = WallHeat(d, Settings(order=order))
+    solver = build("wall", d, Settings(order=order))
     T, total, largest = solver.initial(), 0.0, 0.0
     start = solver.energy(T)
     for i in range(4):

@@ -43,10 +43,9 @@ from thermal.description import (
 )
 from thermal.heat import Heat
 from thermal.layout import GivenField
-from thermal.line import LineHeat
-from thermal.solid import SolidHeat, SolidSpace
+from thermal.solid import SolidSpace
 from thermal.solid_elements import CONDUCTION, STORAGE, geometry, shape
-from thermal.wall import WallHeat
+from thermal.solvers import build
 
 FAMILY = pytest.mark.parametrize("family", list(ORDER))
 CUBE = (1.0, 1.0, 1.0)
@@ -289,7 +288,7 @@ def t4(n, family):
             Film("top", "block", face="y1", **film),
         ],
     )
-    heat = SolidHeat(d)
+    heat = build("solid", d)
     T, _, why = heat.steady(heat.initial(), 0.0)
     assert why == ""
     return T[np.linalg.norm(heat.x - [0.6, 0.2, 0.0], axis=1).argmin()] - 273.15
@@ -312,7 +311,7 @@ def test_thick_cylinders_have_logarithmic_profiles(family):
         ends = [
             Fixed(f, Place("block", f), still(T)) for f, T in (("inner", 400.0), ("outer", 300.0))
         ]
-        heat = SolidHeat(Description(solids=[solid(mesh)], conditions=ends))
+        heat = build("solid", Description(solids=[solid(mesh)], conditions=ends))
         T, _, why = heat.steady(heat.initial(), 0.0)
         assert why == ""
         exact = 300.0 + 100.0 * np.log(b / np.hypot(*heat.x.T[:2])) / np.log(b / a)
@@ -357,7 +356,7 @@ def test_layers_of_different_materials_are_resistances_in_series():
     mesh = Mesh(mesh.points, mesh.cells, regions)
     body = Solid("block", mesh, {"low": plain(1e-3), "": plain(1e3)}, 300.0)
     ends = [Fixed(f, Place("block", f), still(T)) for f, T in (("z0", 400.0), ("z1", 300.0))]
-    heat = SolidHeat(Description(solids=[body], conditions=ends))
+    heat = build("solid", Description(solids=[body], conditions=ends))
     T, _, why = heat.steady(heat.initial(), 0.0)
     assert why == ""
     flow = 100.0 / (0.4 / 1e-3 + 0.6 / 1e3)
@@ -379,7 +378,7 @@ def test_a_pin_in_its_bore_is_a_resistance_of_the_gap_and_one_of_the_bush(order)
             Source("heater", Place("pin"), still(10.0)),
         ],
     )
-    heat = SolidHeat(d)
+    heat = build("solid", d)
     T, _, why = heat.steady(heat.initial(), 0.0)
     assert why == ""
     gap = 10.0 / (1000.0 * 2 * np.pi * 0.01 * 0.03)
@@ -396,7 +395,7 @@ def test_a_tube_that_radiates_into_itself_is_that_of_the_wall():
         Flux("sun", "boom", still(1400.0), np.array([0.0, -1.0, 0.0])),
     ]
     d, ends = Description([m], conditions=conditions), []
-    for heat in (WallHeat(d), SolidHeat(d), SolidHeat(d, Settings(order=2))):
+    for heat in (build("wall", d), build("solid", d), build("solid", d, Settings(order=2))):
         T, flows, why = heat.steady(heat.initial(), 0.0)
         assert why == ""
         assert abs(flows["cavity"]) < 1e-9
@@ -416,7 +415,7 @@ def test_thin_members_are_lines(section, order):
     ]
     d = Description([m], conditions=conditions)
     ends = []
-    for heat in (LineHeat(d), SolidHeat(d, Settings(order=order))):
+    for heat in (build("line", d), build("solid", d, Settings(order=order))):
         T, _, why = heat.advance(heat.initial(), 0.0, 200.0, np.zeros(len(heat.x)))
         assert why == ""
         ends.append(T[heat.space.place(Place("bar", "end")).nodes].mean())
@@ -454,7 +453,7 @@ def everything():
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("scheme", ["sdirk2", "backward-euler", "crank-nicolson"])
 def test_flows_and_heat_are_what_is_stored(order, scheme):
-    heat = SolidHeat(everything(), Settings(order=order, scheme=scheme, steps=3))
+    heat = build("solid", everything(), Settings(order=order, scheme=scheme, steps=3))
     T, rng = heat.initial(), np.random.default_rng(0)
     for i in range(3):
         given = rng.uniform(0.0, 2.0, len(T))
@@ -468,7 +467,7 @@ def test_flows_and_heat_are_what_is_stored(order, scheme):
 
 
 def test_every_temperature_belongs_to_something():
-    heat = SolidHeat(everything())
+    heat = build("solid", everything())
     owned = np.sort(np.concatenate(list(heat.regions.values())))
     np.testing.assert_array_equal(owned, np.arange(len(heat.x)))
 
@@ -485,7 +484,7 @@ def test_a_sheet_is_known_by_the_nodes_of_its_surface_from_top_to_bottom(order):
 
 
 def test_faces_have_the_areas_and_normals_of_their_things():
-    s = SolidHeat(everything()).space
+    s = build("solid", everything()).space
     boom, panel = tube(0.05, 0.002), 0.5
     expected = {
         ("boom", "outer"): boom.outer_perimeter,
@@ -571,7 +570,7 @@ def test_faces_of_a_sheet_and_fields_are_held():
 
 def test_the_first_of_two_faces_has_their_common_edge():
     faces = [Fixed(f, Place("block", f), still(T)) for f, T in (("x0", 400.0), ("y0", 300.0))]
-    heat = SolidHeat(Description(solids=[solid(box(CUBE, (2, 2, 2)))], conditions=faces))
+    heat = build("solid", Description(solids=[solid(box(CUBE, (2, 2, 2)))], conditions=faces))
     nodes, values = heat.given_at(0.0)
     assert len(nodes) == len(set(nodes)) == 15
     assert values[np.isclose(heat.x[nodes, 0], 0.0)].tolist() == [400.0] * 9
@@ -588,7 +587,7 @@ def shocked(capacity, h, counts):
     mesh = Mesh(mesh.points, mesh.cells, {"quarter": ("quad", np.flatnonzero(quarter))})
     cold = Fixed("cold", Place("block", "quarter"), still(300.0))
     d = Description(solids=[solid(mesh, initial=400.0)], conditions=[cold])
-    heat = SolidHeat(d, Settings(scheme="backward-euler", steps=1, capacity=capacity))
+    heat = build("solid", d, Settings(scheme="backward-euler", steps=1, capacity=capacity))
     T, low, high = heat.initial(), np.inf, -np.inf
     for i in range(10):
         T, _, why = heat.advance(T, i * h, h, np.zeros(len(T)))
@@ -614,7 +613,7 @@ def test_shocks_hardly_overshoot_in_thin_tubes(layers):
     side = np.array([0.0, 0.0, 1.0])
     held = Wall("end", "bow", 0.0, 0.2, side, (still(400.0),) * 2, (still(300.0),) * 2)
     settings = Settings(scheme="backward-euler", steps=1, layers=layers)
-    heat = SolidHeat(Description([m], conditions=[held]), settings)
+    heat = build("solid", Description([m], conditions=[held]), settings)
     for h in (1e-3, 1.0, 1e3):
         T = heat.initial()
         for i in range(10):
@@ -641,7 +640,7 @@ def test_conduction_along_edges_passes_the_patch_test_with_directed_conductivity
 def test_walls_of_a_micrometre():
     m = member("foil", 1.0, 20, 24, tube(0.5, 1e-6), plain())
     conditions = [Radiation("sky", "foil", 0.8, still(3.0)), Flux("sun", "foil", still(800.0))]
-    heat = SolidHeat(Description([m], conditions=conditions))
+    heat = build("solid", Description([m], conditions=conditions))
     T, flows, why = heat.steady(heat.initial(), 0.0)
     assert why == ""
     expected = (800.0 / 0.8 / STEFAN_BOLTZMANN + 3.0**4) ** 0.25
@@ -652,7 +651,7 @@ def test_walls_of_a_micrometre():
 def test_leaving_the_range_of_a_property_is_a_reason():
     body = solid(box(CUBE, (1, 1, 1)), varying(250.0, 350.0))
     hot = Source("heater", Place("block"), still(1e8))
-    heat = SolidHeat(Description(solids=[body], conditions=[hot]))
+    heat = build("solid", Description(solids=[body], conditions=[hot]))
     _, _, why = heat.advance(heat.initial(), 0.0, 10.0, np.zeros(8))
     assert "'block' left the range of heat_capacity (250 K to 350 K)" in why
 
@@ -673,7 +672,7 @@ def test_meshes_of_files_are_solved_as_those_made(tmp_path, family):
             Fixed("seat", Place("block", "z0"), still(350.0)),
             Radiation("sky", "block", 0.9, still(3.0), "z1"),
         ]
-        heat = SolidHeat(Description(solids=[body], conditions=conditions))
+        heat = build("solid", Description(solids=[body], conditions=conditions))
         T, flows, why = heat.steady(heat.initial(), 0.0)
         assert why == ""
         results.append(T)
@@ -830,22 +829,22 @@ def test_what_is_misspelt_is_guessed():
     heater = Source("heater", Place("block", "strat"), still(1.0))
     d = Description(solids=[solid(pin(1.0, 1.0, 8, 1, 1))], conditions=[heater])
     with pytest.raises(ValueError, match="did you mean 'start'"):
-        SolidHeat(d)
+        build("solid", d)
 
 
 def test_sections_without_a_shape_and_wrong_settings_are_refused():
     odd = member("odd", section=general(1e-4, 1e-8, 1e-8, 1e-8))
     with pytest.raises(ValueError, match="'odd': a section of kind 'general' has no shape"):
-        SolidHeat(Description([odd]))
+        build("solid", Description([odd]))
     with pytest.raises(
         ValueError, match="order must be 1 or 2, got 3\n  layers must be at least 1"
     ):
-        SolidHeat(Description([member()]), Settings(order=3, layers=0))
+        build("solid", Description([member()]), Settings(order=3, layers=0))
     with pytest.raises(ValueError, match="capacity must be one of auto, lumped, consistent"):
-        SolidHeat(Description([member()]), Settings(capacity="some"))
+        build("solid", Description([member()]), Settings(capacity="some"))
     around = replace(plain(), conductivity_around=constant("around", "W/(m K)", 1.0))
     with pytest.raises(ValueError, match="'bar': a section of kind 'circle' has no directions"):
-        SolidHeat(Description([member("bar", section=circle(0.1), material=around)]))
+        build("solid", Description([member("bar", section=circle(0.1), material=around)]))
 
 
 def test_hexahedra_and_tetrahedra_that_do_not_conform_are_refused():
@@ -931,7 +930,7 @@ import numpy as np
 from meshes.materials import polynomial, Material, constant
 from meshes.solids import box
 from thermal.description import Description, Radiation, Settings, Solid
-from thermal.solid import SolidHeat
+from thermal.solvers import build
 
 k = polynomial("conductivity", "W/(m K)", [120.0, 0.5], 300.0)
 c = polynomial("heat_capacity", "J/(kg K)", [800.0, 1.2], 300.0)
@@ -940,7 +939,7 @@ others = [constant(*one) for one in elastic]
 material = Material("varying", 2700.0, *others, k, c)
 body = Solid("block", box((1.0, 1.0, 1.0), (79, 79, 79)), {"": material}, 300.0)
 sky = Radiation("sky", "block", 0.8, lambda t: 3.0)
-heat = SolidHeat(Description(solids=[body], conditions=[sky]), Settings(steps=1))
+heat = build("solid", Description(solids=[body], conditions=[sky]), Settings(steps=1))
 T, flows, why = heat.advance(heat.initial(), 0.0, 100.0, np.zeros(len(heat.x)))
 assert why == "" and len(T) == 512000 and 250.0 < T.min() < 300.0
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)

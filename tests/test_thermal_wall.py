@@ -1,6 +1,7 @@
 """Heat in developed walls of tubes: elements, orders, closed forms, shocks, faces, balance."""
 
 from dataclasses import replace
+from functools import partial
 from math import cos, exp, pi, sin, sinh
 from time import perf_counter
 
@@ -28,8 +29,8 @@ from thermal.description import (
     Source,
     Wall,
 )
-from thermal.line import LineHeat
-from thermal.wall import WallHeat, WallSpace
+from thermal.solvers import build
+from thermal.wall import WallSpace
 from thermal.wall_elements import conduct, shape
 from thermal.wall_tube import lit
 
@@ -163,7 +164,7 @@ def test_faces_have_their_areas_normals_and_facets(order, face):
 
 def test_order_two_has_its_further_nodes_in_no_region():
     arm = member(elements=5, wall_points=8)
-    line_heat = LineHeat(Description([arm]))
+    line_heat = build("line", Description([arm]))
     for order, count in ((1, 48), (2, 11 * 16)):
         space = WallSpace(Description([arm]), Settings(order=order))
         assert len(space.x) == count
@@ -201,7 +202,9 @@ def error_of_manufactured(order, n):
     material = varying()
     arm = member(elements=n, wall_points=2 * n, material=material)
     conditions = [Irradiation("lamp", "arm"), Radiation("space", "arm", 0.7, still(250.0))]
-    solver = WallHeat(Description([arm], conditions=conditions), Settings(order=order, steps=1))
+    solver = build(
+        "wall", Description([arm], conditions=conditions), Settings(order=order, steps=1)
+    )
     s, phi = developed(solver)
     (block,) = solver.irradiated["lamp"]
     at = (
@@ -235,7 +238,7 @@ def test_order_in_time(scheme, order):
     conditions = [Radiation("space", "arm", 0.7, still(4.0)), Flux("sun", "arm", still(1361.0),
                   np.array([0.1, -1.0, 0.4]))]  # fmt: skip
     d = Description([arm], conditions=conditions)
-    space = WallHeat(d)
+    space = build("wall", d)
     start, now = space.initial() + 30.0 * np.sin(np.arange(40)), Moment(0.0, {})
 
     def rate(t, T):
@@ -246,7 +249,7 @@ def test_order_in_time(scheme, order):
     exact = solve_ivp(rate, (0.0, 20.0), start, "Radau", rtol=1e-10, atol=1e-10).y[:, -1]
     errors = []
     for steps in (20, 40, 80):
-        T, _, why = WallHeat(d, Settings(scheme=scheme, steps=steps)).advance(
+        T, _, why = build("wall", d, Settings(scheme=scheme, steps=steps)).advance(
             start, 0.0, 20.0, np.zeros(40)
         )
         assert why == ""
@@ -259,7 +262,7 @@ def test_order_in_time(scheme, order):
 
 def decayed(order, n, harmonic, material=None, time=10.0):
     arm = member(elements=2, wall_points=n, material=material or plain())
-    solver = WallHeat(Description([arm]), Settings(order=order, steps=200))
+    solver = build("wall", Description([arm]), Settings(order=order, steps=200))
     _, phi = developed(solver)
     T, _, why = solver.advance(300.0 + 10.0 * np.cos(harmonic * phi), 0.0, time, np.zeros(len(phi)))
     assert why == ""
@@ -289,7 +292,7 @@ def test_conductivity_around_acts_around_and_conductivity_along():
     arm = member(elements=4, wall_points=4, material=slow)
     ends = [Fixed("a", Place("arm", "start"), still(300.0)),
             Fixed("b", Place("arm", "end"), still(320.0))]  # fmt: skip
-    solver = WallHeat(Description([arm], conditions=ends))
+    solver = build("wall", Description([arm], conditions=ends))
     T, _, why = solver.steady(solver.initial(), 0.0)
     assert why == ""
     np.testing.assert_allclose(T, 300.0 + 20.0 * solver.x[:, 0], rtol=1e-12)
@@ -308,7 +311,7 @@ def test_steady_field_in_an_anisotropic_wall(order, least):
 
     for n in (4, 8, 16):
         arm = member(elements=n, wall_points=n, material=material)
-        solver = WallHeat(Description([arm]), Settings(order=order))
+        solver = build("wall", Description([arm]), Settings(order=order))
         ends = np.flatnonzero(np.isin(np.round(solver.x[:, 0], 9), [0.0, 1.0]))
         inside = np.setdiff1d(np.arange(len(solver.x)), ends)
         rows, columns = solver.space.entries()
@@ -329,7 +332,7 @@ def test_steady_flow_along_a_tube_with_a_conductivity_that_varies_is_exact():
     arm = replace(member(wall_points=4, material=varying()), points=points, axes=axes)
     ends = [Fixed("a", Place("arm", "start"), still(250.0)),
             Fixed("b", Place("arm", "end"), still(400.0))]  # fmt: skip
-    solver = WallHeat(Description([arm], conditions=ends))
+    solver = build("wall", Description([arm], conditions=ends))
     T, _, _ = solver.steady(solver.initial(), 0.0)
     s = np.array([0.0, 0.1, 0.5, 0.8, 0.8 + np.hypot(0.1, 0.2)])
     k = arm.material.conductivity
@@ -343,7 +346,7 @@ def test_nafems_t2_a_bar_that_radiates_from_its_end(order):
     bar = member(length=0.1, elements=10, wall_points=4, material=plain(55.6, 460.0, 7850.0))
     conditions = [Fixed("hot", Place("arm", "start"), still(1000.0)),
                   Radiation("space", "arm", 0.98, still(300.0), "end")]  # fmt: skip
-    solver = WallHeat(Description([bar], conditions=conditions), Settings(order=order))
+    solver = build("wall", Description([bar], conditions=conditions), Settings(order=order))
     T, _, why = solver.steady(solver.initial(), 0.0)
     assert why == ""
     np.testing.assert_allclose(T[solver.space.place(Place("arm", "end")).nodes], 927.004, atol=1e-3)
@@ -355,7 +358,7 @@ def test_nafems_t3_a_bar_with_an_end_that_swings():
     swing = Fixed("swing", Place("arm", "end"), lambda t: 273.15 + 100.0 * sin(pi * t / 40.0))
     calm = Fixed("calm", Place("arm", "start"), still(273.15))
     settings = Settings(order=2, steps=320)
-    solver = WallHeat(Description([bar], conditions=[swing, calm]), settings)
+    solver = build("wall", Description([bar], conditions=[swing, calm]), settings)
     T, _, why = solver.advance(solver.initial(), 0.0, 32.0, np.zeros(len(solver.x)))
     assert why == ""
     np.testing.assert_allclose(T[np.isclose(solver.x[:, 0], 0.08)] - 273.15, 36.6031, atol=2e-3)
@@ -366,7 +369,7 @@ def test_a_slab_cooled_by_convection():
     bar = member(length=1.0, elements=20, wall_points=4, material=plain(1.0, 1.0, 1.0), initial=2.0)
     air = Film("air", "arm", still(1.0), still(1.0), "end")
     settings = Settings(order=2, steps=400)
-    solver = WallHeat(Description([bar], conditions=[air]), settings)
+    solver = build("wall", Description([bar], conditions=[air]), settings)
     T, _, why = solver.advance(solver.initial(), 0.0, 0.5, np.zeros(len(solver.x)))
     assert why == ""
     for end, exact in (("start", 0.77252638), ("end", 0.50452193)):
@@ -380,7 +383,7 @@ def error_of_a_fin(order, n, edge):
     m = np.sqrt(film * OUTER / (167.0 * THICKNESS * RADIUS))
     arm = member(elements=n, wall_points=8)
     conditions = [Film("air", "arm", still(film), still(290.0)), Irradiation("sun", "arm")]
-    solver = WallHeat(Description([arm], conditions=conditions), Settings(order=order))
+    solver = build("wall", Description([arm], conditions=conditions), Settings(order=order))
     (block,) = solver.irradiated["sun"]
     flux = np.where(block.points[..., 0] < edge, q, 0.0).ravel()
     T, flows, why = solver.steady(solver.initial(), 0.0, {"sun": flux})
@@ -425,11 +428,11 @@ def test_a_tube_in_the_sun_agrees_with_trigonometric_interpolation():
                       Radiation("space", "arm", 0.8, still(4.0))]  # fmt: skip
         return after(make(Description([arm], conditions=conditions), settings)).reshape(7, n)
 
-    exact = built(64, LineHeat, Settings(steps=20))
+    exact = built(64, partial(build, "line"), Settings(steps=20))
     for order, least, sizes in ((1, 1.8, (8, 16, 32)), (2, 2.7, (8, 16))):
         errors = []
         for n in sizes:
-            T = built(n, WallHeat, Settings(order=order, steps=20))
+            T = built(n, partial(build, "wall"), Settings(order=order, steps=20))
             errors.append(np.abs(T - exact[:, :: 64 // n]).max())
         assert (orders(errors) > least).all(), (order, errors)
         assert errors[-1] < 2e-3 * np.ptp(exact)
@@ -446,7 +449,7 @@ def test_a_shock_never_cools_a_point_below_the_coldest_boundary(elements):
     hot = [Wall("sun", "arm", 1.0, 1.0, np.array([0.0, 1.0, 0.0]),
                 (still(380.0),) * 2, (still(280.0),) * 2)]  # fmt: skip
     settings = Settings(scheme="backward-euler", steps=4)
-    solver = WallHeat(Description([arm], conditions=cold + hot), settings)
+    solver = build("wall", Description([arm], conditions=cold + hot), settings)
     T = solver.initial()
     for h in (1e-4, 1e-2, 1.0, 100.0, 1e4):
         T, _, why = solver.advance(T, 0.0, h, np.zeros_like(T))
@@ -458,7 +461,7 @@ def test_a_shock_never_cools_a_point_below_the_coldest_boundary(elements):
 def test_a_shock_under_error_control_falls_short_by_no_more_than_the_tolerance():
     arm = member(elements=20, wall_points=8)
     cold = [Fixed("cryogen", Place("arm", "start"), still(100.0))]
-    solver = WallHeat(Description([arm], conditions=cold), Settings(tolerance=1e-2))
+    solver = build("wall", Description([arm], conditions=cold), Settings(tolerance=1e-2))
     T = solver.initial()
     for i in range(20):
         T, _, why = solver.advance(T, 0.5 * i, 0.5, np.zeros_like(T))
@@ -493,7 +496,7 @@ def test_what_flows_in_is_stored(order, scheme):
         Source("motor", Place("mast", "start"), ramp(0.0, 6.0, 2.0)),
     )
     d = Description((boom, mast), (hub,), links, conditions)
-    solver = WallHeat(d, Settings(order=order, scheme=scheme))
+    solver = build("wall", d, Settings(order=order, scheme=scheme))
     (block,) = solver.irradiated["lamp"]
     lamp = np.full(block.areas.size, 70.0)
     rubbed = np.zeros(len(solver.x))
@@ -521,7 +524,7 @@ def test_given_temperatures_hold_every_node(order):
         Fixed("root", Place("arm", "start"), still(280.0)),
         Field("file", "mast", lambda x, t: 300.0 + 5.0 * t * x[:, 0]),
     ]
-    solver = WallHeat(Description([arm, mast], conditions=conditions), Settings(order=order))
+    solver = build("wall", Description([arm, mast], conditions=conditions), Settings(order=order))
     T, _, why = solver.advance(solver.initial(), 0.0, 1.0, np.zeros(len(solver.x)))
     assert why == ""
     x = solver.x
@@ -539,15 +542,17 @@ def test_what_is_no_wall_is_refused_all_at_once():
     bar = member("bar", section=rectangle(0.01, 0.01))
     pipe = member("pipe", section=tube(0.01, 0.001), wall_points=1)
     with pytest.raises(ValueError, match="'bar' is not a wall") as caught:
-        WallHeat(Description([bar, pipe]))
+        WallSpace(Description([bar, pipe]))
     assert "'pipe' is not a wall" in str(caught.value)
     with pytest.raises(ValueError, match="order of walls is 1 or 2, got 3"):
-        WallHeat(Description([member(wall_points=4)]), Settings(order=3))
+        build("wall", Description([member(wall_points=4)]), Settings(order=3))
 
 
 def test_leaving_the_range_of_a_property_is_a_reason():
     arm = member(elements=2, wall_points=4, material=varying(250.0, 350.0))
-    solver = WallHeat(Description([arm], conditions=[Source("heater", Place("arm"), still(1e4))]))
+    solver = build(
+        "wall", Description([arm], conditions=[Source("heater", Place("arm"), still(1e4))])
+    )
     _, _, why = solver.advance(solver.initial(), 0.0, 100.0, np.zeros(12))
     assert "'arm' left the range of conductivity" in why or "heat_capacity" in why
 
@@ -558,7 +563,7 @@ def test_conductivities_a_million_apart_and_a_wall_of_a_micrometre():
     arm = member(elements=10, wall_points=8, section=foil, material=material)
     ends = [Fixed("a", Place("arm", "start"), still(300.0)),
             Fixed("b", Place("arm", "end"), still(320.0))]  # fmt: skip
-    solver = WallHeat(Description([arm], conditions=ends))
+    solver = build("wall", Description([arm], conditions=ends))
     T, _, why = solver.steady(solver.initial(), 0.0)
     assert why == ""
     np.testing.assert_allclose(T, 300.0 + 20.0 * solver.x[:, 0], rtol=1e-10)
@@ -572,7 +577,8 @@ def test_conductivities_a_million_apart_and_a_wall_of_a_micrometre():
 def test_refilling_fifty_thousand_nodes(order):
     """Residual and matrix with k(T), c(T) and radiation: 60 ms at most."""
     arm = member(length=20.0, elements=780 // order, wall_points=64 // order, material=varying())
-    solver = WallHeat(
+    solver = build(
+        "wall",
         Description([arm], conditions=[Radiation("space", "arm", 0.8, still(4.0))]),
         Settings(order=order),
     )

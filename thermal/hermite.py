@@ -1,4 +1,4 @@
-"""Heat on members by the cubic functions of Hermite: ``HermiteHeat``.
+"""Heat on members by the cubic functions of Hermite: ``HermiteSpace``.
 
 The "unified interpolation" of Hua et al. (2026): along a member temperature takes the shape
 functions that position has in a beam, with T and dT/ds at the stations. It is of order four in
@@ -17,13 +17,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from thermal.check import check
-from thermal.composite import compose
 from thermal.description import DEFAULT, Description, Field, Member, Place, Settings, Side
 from thermal.discretisation import (
     Affine,
     Block,
-    Discretisation,
     Face,
     GivenTemperatures,
     Mean,
@@ -31,7 +28,6 @@ from thermal.discretisation import (
     facing_loads,
 )
 from thermal.elements import alike, stations
-from thermal.heat import Heat
 from thermal.hermite_given import Elements, Straight, curved
 from thermal.hermite_terms import (
     GAUSS,
@@ -45,32 +41,12 @@ from thermal.hermite_terms import (
 )
 from thermal.layout import arclength, given, given_nodes, layout, place_nodes
 from thermal.line import ENDS, facing, left_range, watched
-from thermal.lumps import LumpSpace
 from thermal.pattern import block_entries
 from thermal.profiles import absorbing_widths, profile, scales, values_at
 from thermal.strips import contour, directions, end_face, polygons, section_points
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-
-class HermiteHeat(Heat):
-    """Cubic elements along members; parts are lumps.
-
-    Parameters
-    ----------
-    description : Description
-    settings : Settings
-    """
-
-    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
-        check(description)
-        super().__init__(_space(description), description, settings)
-
-
-def _space(d: Description) -> Discretisation:
-    members, parts = {m.name for m in d.members}, {p.name for p in d.parts}
-    return compose(d, [(HermiteSpace, members), (LumpSpace, parts)])
 
 
 class HermiteSpace:

@@ -1,4 +1,4 @@
-"""Heat on networks of lines by finite elements: ``LineHeat``.
+"""Heat on networks of lines by finite elements: ``LineSpace``.
 
 Along a member temperatures are linear between stations (scikit-fem defines mesh, basis and
 quadrature); over a section they follow ``thermal.profiles``: one value, mean and two gradients,
@@ -10,14 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.materials import Property
-from thermal.check import check
-from thermal.composite import compose
 from thermal.description import DEFAULT, Description, Member, Place, Settings, Side
-from thermal.discretisation import Affine, Discretisation, Face, Mean, affine, facing_loads
+from thermal.discretisation import Affine, Face, Mean, affine, facing_loads
 from thermal.elements import chains, discretise, stations
-from thermal.heat import Heat
 from thermal.layout import given, layout, place_nodes
-from thermal.lumps import LumpSpace
 from thermal.profiles import absorbing_widths, profile, values_at
 from thermal.strips import CORNERS, end_face, lengthwise_face
 from thermal.terms import Chain, add_heat, add_power, count, entries, tangent
@@ -28,32 +24,14 @@ Indices = NDArray[np.intp]
 ENDS = ("start", "end")
 
 
-class LineHeat(Heat):
-    """Finite elements along members; parts are lumps.
+class LineSpace:
+    """Linear elements along members; see ``thermal.discretisation``.
 
     Heat is stored at the stations alone, so that no shock at an end cools or heats a station
     beyond the boundaries: by backward Euler at any step and mesh, by SDIRK2 under error control
     within its tolerance. Equal steps of SDIRK2 keep to it up to a Fourier number D h / dx^2 of
     0.4; longer ones may fall below by up to a third of the jump.
-
-    Parameters
-    ----------
-    description : Description
-    settings : Settings
     """
-
-    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
-        check(description)
-        super().__init__(_space(description), description, settings)
-
-
-def _space(d: Description) -> Discretisation:
-    members, parts = {m.name for m in d.members}, {p.name for p in d.parts}
-    return compose(d, [(LineSpace, members), (LumpSpace, parts)])
-
-
-class LineSpace:
-    """Linear elements along members; see ``thermal.discretisation``."""
 
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         self._description = description

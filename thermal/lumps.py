@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from thermal.description import Description, Place, Side
+from thermal.description import DEFAULT, Description, Place, Settings, Side
 from thermal.discretisation import Block, Face, GivenTemperatures, Mean, facing_loads
 from thermal.layout import given, layout
 
@@ -16,7 +16,7 @@ Indices = NDArray[np.intp]
 class LumpSpace:
     """The parts of a description; see ``thermal.discretisation``."""
 
-    def __init__(self, description: Description) -> None:
+    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         self._parts = list(description.parts)
         self.x, self.regions, self.start = layout(description)
         self.given: Sequence[GivenTemperatures] = given(description, self.regions, self.x)

@@ -1,4 +1,4 @@
-"""Heat in 3D: ``SolidHeat``.
+"""Heat in 3D: ``SolidSpace``.
 
 Solids with meshes of their own, members with tubes, circles and rectangles as sections, and sheets,
 by finite elements of order 1 (hexahedra, tetrahedra) or 2 (hexahedra of 20 or 27 nodes, tetrahedra
@@ -20,8 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.materials import Material
-from thermal.check import check
-from thermal.composite import compose
 from thermal.description import (
     DEFAULT,
     Condition,
@@ -37,10 +35,8 @@ from thermal.description import (
     Solid,
     Wall,
 )
-from thermal.discretisation import Discretisation, Face, GivenTemperatures, Mean, facing_loads
-from thermal.heat import Heat
+from thermal.discretisation import Face, GivenTemperatures, Mean, facing_loads
 from thermal.layout import Given, GivenField
-from thermal.lumps import LumpSpace
 from thermal.solid_bodies import Body, Filling, member_body, sheet_body, solid_body
 from thermal.solid_faces import blocks, face_mean, facets, volume_mean
 from thermal.solid_given import given_by_faces, given_by_wall
@@ -51,26 +47,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 CAPACITIES = ("auto", "lumped", "consistent")
-
-
-class SolidHeat(Heat):
-    """Finite elements in 3D, beside lumps.
-
-    Parameters
-    ----------
-    description : Description  of solids, members, sheets and parts
-    settings : Settings  ``order`` and ``layers`` are those of the cells of members and sheets
-    """
-
-    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
-        check(description)
-        super().__init__(_beside_lumps(description, settings), description, settings)
-
-
-def _beside_lumps(d: Description, settings: Settings) -> Discretisation:
-    bodies = {m.name for m in d.members} | {s.name for s in d.sheets} | {s.name for s in d.solids}
-    parts = {p.name for p in d.parts}
-    return compose(d, [(lambda own: SolidSpace(own, settings), bodies), (LumpSpace, parts)])
 
 
 class SolidSpace:

@@ -64,10 +64,6 @@ SPACES = {
 }
 
 
-SETTLED = ("wall", "solid")
-"""Discretisations that the settings concern."""
-
-
 def _beside(d: Description) -> list[tuple[str, set[str]]]:
     """What stands beside the members, in the order of the temperatures."""
     return [
@@ -92,4 +88,4 @@ def _composed(d: Description, settings: Settings, choice: list[tuple[str, set[st
 def _space(name: str, settings: Settings) -> Callable[[Description], Any]:
     module, _, leaf = SPACES[name].partition(":")
     make = getattr(importlib.import_module(module), leaf)
-    return (lambda part: make(part, settings)) if name in SETTLED else make
+    return lambda part: make(part, settings)

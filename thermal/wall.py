@@ -1,4 +1,4 @@
-"""Heat in the developed surface of tubes and of shells: ``WallHeat``.
+"""Heat in the developed surface of tubes and of shells: ``WallSpace``.
 
 A tube is the rectangle of its length by its circumference, closed on itself, with a thin wall
 between stations and wall points; a sheet has two faces, each of which conducts in its own plane,
@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.materials import Material, Property
-from thermal.check import check
-from thermal.composite import compose
 from thermal.description import (
     DEFAULT,
     Condition,
@@ -32,9 +30,7 @@ from thermal.description import (
     Side,
     Wall,
 )
-from thermal.discretisation import Block, Discretisation, Face, GivenTemperatures, Mean
-from thermal.heat import Heat
-from thermal.lumps import LumpSpace
+from thermal.discretisation import Block, Face, GivenTemperatures, Mean
 from thermal.wall_elements import WEIGHTS, Bonds, shape
 from thermal.wall_sheet import SheetWall
 from thermal.wall_terms import Conducted, Stored
@@ -43,20 +39,6 @@ from thermal.wall_tube import TubeWall
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Surfaces = Mapping[str, TubeWall | SheetWall]
-
-
-class WallHeat(Heat):
-    """Finite elements on the walls of tubes and on sheets, beside lumps.
-
-    Parameters
-    ----------
-    description : Description  of tubes with wall points, sheets and parts
-    settings : Settings  its ``order`` is that of the elements
-    """
-
-    def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
-        check(description)
-        super().__init__(_beside_lumps(description, settings), description, settings)
 
 
 class WallSpace:
@@ -155,16 +137,6 @@ class WallSpace:
                 [c for c in conditions if _target(c) == name], self._nodes[name], self.x
             )
         ]
-
-
-def _beside_lumps(d: Description, settings: Settings) -> Discretisation:
-    _refuse(d, settings)
-    members, parts, sheets = ({x.name for x in xs} for xs in (d.members, d.parts, d.sheets))
-
-    def walls(part: Description) -> Discretisation:
-        return WallSpace(part, settings)
-
-    return compose(d, [(walls, members), (LumpSpace, parts), (walls, sheets)])
 
 
 def _refuse(d: Description, settings: Settings) -> None:

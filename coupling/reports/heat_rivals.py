@@ -22,7 +22,7 @@ from meshes.mesh import Mesh
 from meshes.solids import box
 from thermal.boundary import STEFAN_BOLTZMANN
 from thermal.description import Description, Flux, Radiation, Settings, Solid
-from thermal.solid import SolidHeat
+from thermal.solvers import build
 
 Array = NDArray[np.float64]
 
@@ -56,9 +56,10 @@ def mesh(cells: int) -> Mesh:
 
 
 def ours(cells: int, steps: int, linear: str = "auto") -> Answer:
-    """By ``SolidHeat``."""
+    """By the solver solid."""
     begun = process_time()
-    solver = SolidHeat(
+    solver = build(
+        "solid",
         description(cells),
         Settings(scheme="backward-euler", steps=1, linear=linear, capacity="consistent"),
     )
