@@ -26,7 +26,7 @@ class _Body(NamedTuple):
 
     nodes : (k,) intp
     volumes : (k,) float [m^3]
-    middles : (n_e,) float [m]  of the elements, along the axis
+    middles : (n_e,) float [m]  of the elements, along the axis; length : of the body
     along, factors : (k,) [m], (3, k) [1/m^2], [1/m^3]  of N, M2, M3
     """
 
@@ -34,14 +34,27 @@ class _Body(NamedTuple):
     nodes: Indices
     volumes: Array
     middles: Array
+    length: float
     along: Array
     factors: Array
     material: Material
 
     def stress(self, found: Array) -> Array:
         """(k,) [Pa] from resultants (n_e, 6)."""
-        columns = (np.interp(self.along, self.middles, found[:, i]) for i in (0, 4, 5))
+        columns = (self._there(found[:, i]) for i in (0, 4, 5))
         return sum(f * c for f, c in zip(self.factors, columns, strict=True))
+
+    def _there(self, values: Array) -> Array:
+        """(k,) from values at the middles: straight between, and on to the ends."""
+        at = np.concatenate([[0.0], self.middles, [self.length]])
+        if len(values) == 1:
+            return np.full(len(self.along), values[0])
+        ends = [
+            values[i] + (values[j] - values[i]) * (x - self.middles[i])
+            / (self.middles[j] - self.middles[i])
+            for i, j, x in ((0, 1, 0.0), (-1, -2, self.length))
+        ]  # fmt: skip
+        return np.interp(self.along, at, [ends[0], *values, ends[1]])
 
 
 class ElasticHeat:
@@ -89,4 +102,5 @@ def _body(scene: Scene, heat_solver: Any, name: str) -> _Body:
     if table.kind == "cable":  # its moment has no direction
         factors[1:] = 0.0
     volumes = mean.weights * section.area * ends[-1]
-    return _Body(name, mean.nodes, volumes, 0.5 * (ends[:-1] + ends[1:]), s, factors, material)
+    middles = 0.5 * (ends[:-1] + ends[1:])
+    return _Body(name, mean.nodes, volumes, middles, ends[-1], s, factors, material)
