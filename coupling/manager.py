@@ -81,16 +81,19 @@ class Coupled(NamedTuple):
 Result = tuple[Coupled | None, str]
 
 
-def initial(pair: Pair, steady: bool = False) -> Coupled:
+def initial(pair: Pair, steady: bool = False, settle: bool = False) -> Coupled:
     """State of both solvers at t = 0. ValueError with the reason when there is none.
 
     steady : the temperatures are those that the conditions of t = 0 hold
+    settle : the motion begins in equilibrium, at rest unless velocities are given
     """
     T = np.zeros(0) if pair.heat_solver is None else pair.heat_solver.initial()
-    motion = pair.motion_solver.initial(pair.transfer.read(T))
+    rest = pair.transfer.read(T)
+    motion = pair.motion_solver.initial(rest)
     if steady:
         T = settled(pair, T, 0.0, motion)
-        motion = pair.motion_solver.initial(pair.transfer.read(T))
+    if steady or settle:
+        motion = pair.motion_solver.initial(pair.transfer.read(T), rest if settle else None)
     outside = {} if pair.surroundings is None else pair.surroundings.at(0.0, motion, T)
     none = np.zeros_like(T)
     return Coupled(T, motion, none, none.copy(), 0.0, 0.0, {}, outside, 0.0)

@@ -88,7 +88,11 @@ class Model:
         """State at t = 0. Raises BadCase if joints or heat allow none."""
         table = self.scene.thermal
         try:
-            return manager.initial(self.pair, table is not None and table.start == "steady")
+            return manager.initial(
+                self.pair,
+                table is not None and table.start == "steady",
+                self.scene.analysis.start == "equilibrium",
+            )
         except ValueError as error:
             place, text = "joint", str(error)
             if text.startswith("heat: "):

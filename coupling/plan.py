@@ -117,6 +117,8 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
             ("mechanics.loads", f"{len(scene.load)} loads" + (", gravity" if scene.gravity else ""))
         )
     if scene.analysis.kind == "dynamics":
+        if scene.analysis.start == "equilibrium":
+            runs.append(("mechanics.statics", "equilibrium at t = 0, in which the motion begins"))
         return [*runs, (f"mechanics.{scene.integrator.scheme}", _integration(scene))]
     return [*runs, *_analysis(scene)]
 

@@ -64,8 +64,11 @@ class MechanicalSolver(Protocol):
     regions: Mapping[str, Indices]
     """Which points belong to which body or part."""
 
-    def initial(self, T: Array) -> Any:
-        """State at t = 0 for section temperatures ``T`` (m, 3): mean [K], two gradients [K/m]."""
+    def initial(self, T: Array, rest: Array | None = None) -> Any:
+        """State at t = 0 for section temperatures ``T`` (m, 3): mean [K], two gradients [K/m].
+
+        With temperatures ``rest``, of the reference, in equilibrium under ``T``.
+        """
         ...
 
     def advance(

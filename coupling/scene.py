@@ -130,6 +130,10 @@ class Analysis(Table):
         default="dynamics",
         description="statics: equilibrium; modes: vibrations about the equilibrium",
     )
+    start: Literal["reference", "equilibrium"] = Field(
+        default="reference",
+        description="where motion begins; equilibrium: at the loads and temperatures of t = 0",
+    )
     steps: Annotated[int, Count()] = Field(default=10, description="of the load, in statics")
     arc_length: bool = Field(
         default=False,
@@ -140,6 +144,10 @@ class Analysis(Table):
         default=200, description="of a path, with arc_length"
     )
     count: Annotated[int, Count()] = Field(default=10, description="number of modes")
+
+    def odd_values(self) -> Iterator[tuple[str, str]]:
+        if self.start == "equilibrium" and self.kind != "dynamics":
+            yield "start", f"belongs to dynamics, and this is {self.kind}"
 
 
 class Probe(Table):

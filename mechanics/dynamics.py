@@ -142,13 +142,16 @@ Observe = Callable[[Rows], None]
 
 
 def initial_state(
-    system: System, control: Control, coef: Coefficients, t: float = 0.0
+    system: System, control: Control, coef: Coefficients, t: float = 0.0, q: Array | None = None
 ) -> tuple[State | None, str]:
     """State in the initial motion, with consistent velocities, accelerations and multipliers.
 
     Velocities that violate the constraints are changed as by an impact (see ``impulse``).
+
+    q : (n,) coordinates that it begins with; None: those of the reference
     """
-    q, latched = system.layout.q0.copy(), np.zeros(len(system.program.latch_value))
+    q = (system.layout.q0 if q is None else q).copy()
+    latched = np.zeros(len(system.program.latch_value))
     coef = _latched(system, coef, latched)
     if why := _infinite(system, q, system.layout.v0, t, coef):
         return None, why

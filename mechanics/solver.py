@@ -40,12 +40,26 @@ class Mechanics:
         self.axes = self.system.layout.axes
         self.regions = self.system.layout.point_index
 
-    def initial(self, T: Array) -> State:
-        """State at t = 0; ValueError if the joints allow none."""
-        state, why = initial_state(self.system, self.control, self.system.coefficients(T))
+    def initial(self, T: Array, rest: Array | None = None) -> State:
+        """State at t = 0; ValueError if the joints allow none.
+
+        rest : (m, 3)  section temperatures from which equilibrium at ``T`` under the loads of
+            t = 0 is found, in which the motion begins; None: it begins in the reference
+        """
+        coef = self.system.coefficients(T)
+        q = None if rest is None else self._settled(self.system.coefficients(rest), coef)
+        state, why = initial_state(self.system, self.control, coef, q=q)
         if state is None:
             raise ValueError(why)
         return state
+
+    def _settled(self, c0: Coefficients, c1: Coefficients) -> Array:
+        from mechanics.statics import equilibrium
+
+        found = equilibrium(self.system, c0, c1, time=0.0)
+        if found.why:
+            raise ValueError(f"there is no equilibrium to begin with: {found.why}")
+        return found.q
 
     def advance(
         self,

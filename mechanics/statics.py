@@ -94,6 +94,7 @@ def equilibrium(
     tolerance: float = 1e-10,
     iterations: int = 30,
     observe: Callable[[float, Array], None] | None = None,
+    time: float | None = None,
 ) -> Equilibrium:
     """Static equilibrium at load factor 1.
 
@@ -108,6 +109,7 @@ def equilibrium(
     tolerance : largest remaining correction, relative to ``System.scale``
     iterations : allowed to Newton's method in one load step
     observe : called with the load factor and the unknowns (n + m,) after every accepted load step
+    time : float [s]  at which loads and drives stay instead of following the load factor
     """
     y = at_rest(system) if start is None else np.concatenate([start.q, start.lam])
     fraction, increment, spent, bound = 0.0, 1.0 / steps, 0, UNHELD
@@ -118,15 +120,16 @@ def equilibrium(
             goal = 1.0
         small, grown = increment <= 1.0 / (8 * steps), increment > 1.001 / steps
         coef = between(c0, c1, goal)
-        found = newton(system, y, goal, coef, Allowed(tolerance, iterations, bound))
+        t = goal if time is None else time
+        found = newton(system, y, t, coef, Allowed(tolerance, iterations, bound))
         spent += found.iterations
         if found.why and increment <= 1.0 / (LAST * steps):
-            lower, more = downhill(system, y, goal, coef, PATIENCE * iterations)
-            found = newton(system, lower, goal, coef, Allowed(tolerance, iterations, np.inf))
+            lower, more = downhill(system, y, t, coef, PATIENCE * iterations)
+            found = newton(system, lower, t, coef, Allowed(tolerance, iterations, np.inf))
             spent += more + found.iterations
         moved = float(np.max(np.abs(found.y - y)[: system.n] / system.scale, initial=0.0))
         near = not found.why and (moved <= LARGEST_STEP or small)
-        if near and grown and _unstable(system, found.y, goal, coef):
+        if near and grown and _unstable(system, found.y, t, coef):
             near, largest = False, 1.0 / steps
         if near:
             y, fraction = found.y, goal

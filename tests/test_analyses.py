@@ -225,3 +225,32 @@ def test_what_a_stopped_analysis_has_is_readable(tmp_path):
     assert load[0] == 0.0 and 0.01 < load[-1] < 0.1
     assert len(tip) == len(load) and np.isfinite(tip).all()
     assert CliRunner().invoke(app, ["plot", str(tmp_path)]).exit_code == 0
+
+
+def test_motion_begins_in_equilibrium(tmp_path):
+    """A bar whose upper side is hot stays bowed; from the reference it swings by twice as much."""
+    bow = CASE.replace("end = 1\nwindow = 1", "end = 0.2\nwindow = 0.005") + (
+        "[thermal]\ninitial = 300\nfull_sections = 'gradients'\nstart = 'steady'\n"
+        "[thermal.wall.w]\nbody = 'bar'\nside = [0, 1, 0]\nhot = 310\ncold = 290\n"
+        "[output]\nframes = 40\n"
+    )
+    swing = {}
+    for start in ("reference", "equilibrium"):
+        text = bow + f"[analysis]\nstart = '{start}'\n"
+        (tmp_path / start).mkdir()
+        _, results = ran(tmp_path / start, text)
+        with results:
+            swing[start] = results["bodies/bar/position"][:, -1, 1]
+    rest = swing["equilibrium"]
+    assert rest[0] == pytest.approx(-0.5 * 23.1e-6 * 20.0 / 0.01, rel=1e-3)
+    assert np.ptp(rest) < 1e-6 * abs(rest[0])
+    assert swing["reference"][0] == 0.0
+    assert np.ptp(swing["reference"]) > 1.5 * abs(rest[0])
+
+
+def test_what_floats_has_no_equilibrium_to_begin_with(tmp_path):
+    free = CASE.replace('[joint.root]\nkind = "clamp"\na = { body = "bar", at = "start" }\n', "")
+    (tmp_path / "case.toml").write_text(free + PUSH + "[analysis]\nstart = 'equilibrium'\n")
+    result = CliRunner().invoke(app, ["run", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "there is no equilibrium to begin with" in result.output
