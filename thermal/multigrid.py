@@ -11,22 +11,27 @@ Everything sums in a fixed order: results do not depend on the number of threads
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array, csr_matrix
-from scipy.sparse.linalg import splu
 
 from thermal.compressed import Array, Compressed, Indices
+from thermal.pattern import symmetric_factors
+from thermal.vcycle import Coarser, Rows, coarser, cycle, rows_of, separated, with_entries
 
 Operator = Callable[[Array], Array]
+Step = Callable[[Array], tuple[Array, Array]]
 
 REDUCTION = 1e-3  # of the error, by one solve
+ENOUGH = 10.0 * REDUCTION  # left where the last step, which costs nothing, takes the rest
 HONEST = 10.0  # times that: what the residual over the diagonal may leave
 ITERATIONS = 150  # of one solve
 FEW = 12  # iterations beyond which the other kind of hierarchy is tried
 SURPLUS = 15  # iterations in excess that a new hierarchy is worth
+COARSEST = 50  # temperatures, about, of the level that is solved directly
 SLACK = 2  # iterations more than the least so far that are no excess yet
 
 
@@ -46,7 +51,8 @@ class Multigrid:
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:
         self._rows = Compressed(n, free, rows, columns)
-        self._cycle: Operator | None = None
+        self._empty = rows_of(self._rows.matrix(np.ones(len(rows))))
+        self._below: Coarser | None = None
         self._fresh = True
         self._least = self._surplus = 0
         self._most: dict[str, float] = dict.fromkeys(KINDS, FEW)
@@ -57,34 +63,34 @@ class Multigrid:
         """Solver of linear systems with the matrix."""
         A = self._rows.matrix(values)
         if self.fallen_back:
-            return splu(A.tocsc()).solve
-        diagonal, sums = A.diagonal(), A.T @ np.ones(A.shape[0])
+            return symmetric_factors(A)
+        finest, sums = with_entries(self._empty, A.data)
         if self._surplus > SURPLUS:
-            self._cycle = None
-        return lambda r: balanced(self._solve(A, diagonal, r), r, sums)
+            self._below = None
+        return lambda r: balanced(self._solve(A, finest, r), r, sums)
 
-    def _solve(self, A: csr_array, diagonal: Array, r: Array) -> Array:
+    def _solve(self, A: csr_array, finest: Rows, r: Array) -> Array:
         """By the hierarchy at hand, by new ones, or directly."""
         if not r.any():
             return np.zeros_like(r)
-        while self._cycle is not None or min(self._most.values()) < inf:
-            cycle = self._cycle or self._build(A)
-            x, self.iterations, converged = gmres(A, r, cycle)
-            if converged and _honest(A, diagonal, r, x):
+        while self._below is not None or min(self._most.values()) < inf:
+            below = self._below or self._build(A)
+            x, product, self.iterations, converged = gmres(partial(cycle, finest, below), r)
+            if converged and _honest(finest, r - product, x):
                 self._count()
                 return x
-            self._cycle = None
+            self._below = None
             if self._fresh:
                 self._most[self.built[-1]] = inf
         self.fallen_back = True
-        return splu(A.tocsc()).solve(r)
+        return symmetric_factors(A)(r)
 
-    def _build(self, A: csr_array) -> Operator:
+    def _build(self, A: csr_array) -> Coarser:
         """A hierarchy of the kind that took the fewer iterations."""
         kind = min(self._most, key=lambda kind: self._most[kind])
-        self._cycle, self._fresh, self._most[kind] = KINDS[kind](A), True, 0
+        self._below, self._fresh, self._most[kind] = KINDS[kind](A), True, 0
         self.built.append(kind)
-        return self._cycle
+        return self._below
 
     def _count(self) -> None:
         taken, kind = self.iterations, self.built[-1]
@@ -106,63 +112,75 @@ def balanced(x: Array, r: Array, sums: Array) -> Array:
 
 
 class _Basis(NamedTuple):
-    """Of a Krylov space, and the triangular system that Givens rotations make of it."""
+    """Of a Krylov space, A times it, and the triangular system that Givens rotations make of it."""
 
     vectors: list[Array]
+    products: list[Array]
     columns: list[Array]
     turns: list[tuple[float, float]]
     right: list[float]
 
 
-def gmres(A: csr_array, r: Array, cycle: Operator) -> tuple[Array, int, bool]:
-    """x with A x = r, the iterations, and whether the error fell by ``REDUCTION``."""
-    first = cycle(r)
+def gmres(step: Step, r: Array) -> tuple[Array, Array, int, bool]:
+    """x with A x = r, A x, the iterations, and whether the error fell by ``REDUCTION``.
+
+    step : about A^-1 r, and A times it, of r
+    """
+    first, product = step(r)
     size = _norm(first)
     if not np.isfinite(size) or size == 0.0:
-        return first, 0, size == 0.0
-    basis = _Basis([first / size], [], [], [size])
+        return first, product, 0, size == 0.0
+    basis = _Basis([first / size], [product / size], [], [], [size])
     while len(basis.columns) < ITERATIONS:
-        _extend(basis, cycle(A @ basis.vectors[-1]))
-        if not abs(basis.right[-1]) > REDUCTION * size:
+        _extend(basis, *step(basis.products[-1]))
+        if not abs(basis.right[-1]) > ENOUGH * size:
             break
-    return _combined(basis), len(basis.columns), abs(basis.right[-1]) <= REDUCTION * size
+    converged = abs(basis.right[-1]) <= ENOUGH * size
+    return *_combined(basis), len(basis.columns), converged
 
 
-def _extend(basis: _Basis, w: Array) -> None:
+def _extend(basis: _Basis, w: Array, product: Array) -> None:
     """By one vector: Arnoldi with modified Gram-Schmidt, then the rotations."""
     column = np.empty(len(basis.vectors) + 1)
-    for i, v in enumerate(basis.vectors):
-        column[i] = np.einsum("i,i", v, w)
-        w = w - column[i] * v
+    for i, (v, Av) in enumerate(zip(basis.vectors, basis.products, strict=True)):
+        column[i] = separated(v, Av, w, product)
     last = _norm(w)
     for i, (c, s) in enumerate(basis.turns):
         column[i : i + 2] = c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]
     length = np.hypot(column[-2], last)
     c, s = (column[-2] / length, last / length) if length > 0.0 else (1.0, 0.0)
     column[-2] = length
-    basis.vectors.append(w / last if last > 0.0 else w)
+    scale = 1.0 / last if last > 0.0 else 1.0
+    basis.vectors.append(scale * w)
+    basis.products.append(scale * product)
     basis.columns.append(column[:-1])
     basis.turns.append((c, s))
     basis.right[-1:] = [c * basis.right[-1], -s * basis.right[-1]]
 
 
-def _combined(basis: _Basis) -> Array:
-    """The combination of least error."""
+def _combined(basis: _Basis) -> tuple[Array, Array]:
+    """The combination of least residual and, for nothing, that residual as a last step."""
     m = len(basis.columns)
+    left = np.zeros(m + 1)
+    left[m] = basis.right[m]
+    for i in range(m - 1, -1, -1):
+        c, s = basis.turns[i]
+        left[i : i + 2] = c * left[i] - s * left[i + 1], s * left[i] + c * left[i + 1]
     y = np.array(basis.right[:m])
     for i in range(m - 1, -1, -1):
         y[i] /= basis.columns[i][i]
-        for k in range(i):
-            y[k] -= basis.columns[i][k] * y[i]
-    x = np.zeros_like(basis.vectors[0])
-    for factor, v in zip(y, basis.vectors, strict=False):
+        y[:i] -= basis.columns[i][:i] * y[i]
+    left[:m] += y
+    x, product = np.zeros_like(basis.vectors[0]), np.zeros_like(basis.vectors[0])
+    for factor, v, Av in zip(left, basis.vectors, basis.products, strict=True):
         x += factor * v
-    return x
+        product += factor * Av
+    return x, product
 
 
-def _honest(A: csr_array, diagonal: Array, r: Array, x: Array) -> bool:
+def _honest(finest: Rows, left: Array, x: Array) -> bool:
     """Whether the residual itself is small: over the diagonal it is at most twice the error."""
-    return _norm((r - A @ x) / diagonal) <= HONEST * REDUCTION * _norm(x)
+    return _norm(left * finest.inverse) <= HONEST * REDUCTION * _norm(x)
 
 
 def _norm(v: Array) -> float:
@@ -170,30 +188,27 @@ def _norm(v: Array) -> float:
     return float(np.sqrt(np.einsum("i,i", v, v)))
 
 
-def _aggregation(A: csr_array) -> Operator:
+def _aggregation(A: csr_array) -> Coarser:
     """Smoothed aggregation; bounds of the spectrum from row sums, nothing random."""
     from pyamg import smoothed_aggregation_solver
 
     smooth = ("jacobi", {"omega": 4.0 / 3.0, "weighting": "local"})
-    return _cycle(smoothed_aggregation_solver(csr_matrix(A), smooth=smooth, **CYCLE))
+    return _levels(smoothed_aggregation_solver(csr_matrix(A), smooth=smooth, max_coarse=COARSEST))
 
 
-def _classical(A: csr_array) -> Operator:
+def _classical(A: csr_array) -> Coarser:
     """Coarser only along strong connections, such as through thin cells."""
     from pyamg import ruge_stuben_solver
 
     strength = ("classical", {"theta": 0.7, "norm": "min"})
-    return _cycle(ruge_stuben_solver(csr_matrix(A), strength=strength, **CYCLE))
+    return _levels(ruge_stuben_solver(csr_matrix(A), strength=strength, max_coarse=COARSEST))
 
 
-def _cycle(levels: Any) -> Operator:
-    return levels.aspreconditioner(cycle="V").matvec
+def _levels(found: Any) -> Coarser:
+    own = [csr_array(level.A) for level in found.levels[1:]]
+    for A in own:
+        A.sort_indices()
+    return coarser(own, [csr_array(level.P) for level in found.levels[:-1]])
 
 
-CYCLE = {
-    "presmoother": ("gauss_seidel", {"sweep": "forward"}),
-    "postsmoother": ("gauss_seidel", {"sweep": "backward"}),
-    "max_coarse": 50,
-    "coarse_solver": "splu",
-}
 KINDS = {"aggregation": _aggregation, "classical": _classical}

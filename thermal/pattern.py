@@ -1,12 +1,12 @@
 """Matrix with a fixed pattern: entries of many blocks are summed through precomputed slots."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, sparray
 from scipy.sparse.linalg import splu
 
 from thermal.band import Banded, ordering, summed
@@ -17,6 +17,14 @@ Indices = NDArray[np.intp]
 DENSE = 48  # unknowns up to which LAPACK serves; beyond, its threads cost more than they bring
 
 WORTH = 2000.0  # multiplications for each entry at which SuperLU begins to be faster (measured)
+
+
+LEFT = 1e-13  # of a row of a right side, relative to what is summed there, with pivots kept
+SYMMETRIC = {
+    "permc_spec": "MMD_AT_PLUS_A",
+    "diag_pivot_thresh": 0.0,
+    "options": {"SymmetricMode": True},
+}
 
 
 class Pattern:
@@ -73,10 +81,7 @@ class Pattern:
         return banded.factorise(summed(slots, values, banded.size))
 
     def _sparse(self, values: Array) -> Callable[[Array], Array]:
-        try:
-            return splu(self.matrix(values)).solve
-        except RuntimeError:  # exactly singular
-            return lambda r: np.full_like(r, np.nan)
+        return symmetric_factors(self.matrix(values))
 
     @cached_property
     def _banded(self) -> tuple[Banded, NDArray[np.int32]] | None:
@@ -88,6 +93,41 @@ class Pattern:
             return None
         banded = Banded(order, self.rows, columns)
         return banded, np.append(banded.slots, banded.size).astype(np.int32)[self.slots]
+
+
+def symmetric_factors(A: sparray) -> Callable[[Array], Array]:
+    """Solver by SuperLU (Demmel et al. 1999), in the way of matrices symmetric about.
+
+    Pivots stay on the diagonal, which keeps the order that spares fill-in; where that leaves too
+    much of a right side, the factors are those with pivots. Of a singular matrix it gives nan.
+    """
+    A = A.tocsc()
+    kept = _kept_pivots(A)
+    if kept is None:
+        return _pivoted(A)
+    size = np.abs(A) @ np.ones(A.shape[0])
+    other = cache(lambda: _pivoted(A))
+
+    def solve(r: Array) -> Array:
+        x = kept(r)
+        left, worst = np.abs(A @ x - r), np.abs(x).max(initial=0.0)
+        return x if (left <= LEFT * (size * worst + np.abs(r))).all() else other()(r)
+
+    return solve
+
+
+def _kept_pivots(A: csc_array) -> Callable[[Array], Array] | None:
+    try:
+        return splu(A, **SYMMETRIC).solve
+    except RuntimeError:  # a pivot is 0
+        return None
+
+
+def _pivoted(A: csc_array) -> Callable[[Array], Array]:
+    try:
+        return splu(A).solve
+    except RuntimeError:  # exactly singular
+        return lambda r: np.full_like(r, np.nan)
 
 
 def block_entries(dofs: Sequence[Indices]) -> tuple[Indices, Indices]:
