@@ -10,7 +10,7 @@ from thermal import sdirk, theta
 from thermal.description import Settings
 from thermal.stages import Array, Point, Step, System, fault, start
 
-SMALLEST = 1e-9  # of the interval: smallest step
+SMALLEST = 1e-22  # of the interval: smallest step; from 1e9 s to the fastest stiff exchange
 STEPS = 10_000  # in one interval, tried
 
 Advance = Callable[[System, Point, float, float, Array, bool], Step]

@@ -21,7 +21,7 @@ LATE = 0.5 * GAMMA  # weight of the power at t + h
 # Local error, Bank et al. (1985): 2 k h (F0/gamma - F1/(gamma (1 - gamma)) + F2/(1 - gamma))
 K = (-3.0 * GAMMA**2 + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
 
-HALVINGS = 30
+HALVINGS = 73  # to 1e-22 of the interval
 STEPS = 10_000  # in one interval, tried
 ITERATIONS = 30
 CAREFUL, COOLED = 8, 0.3  # iterations that lower no temperature below a part of itself
