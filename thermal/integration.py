@@ -10,7 +10,7 @@ from thermal import sdirk, theta
 from thermal.description import Settings
 from thermal.stages import Array, Point, Step, System, fault, start
 
-SMALLEST = 1e-22  # of the interval: smallest step; from 1e9 s to the fastest stiff exchange
+SMALLEST, NEXT = 1e-22, 1e-12  # smallest step: of the interval, and of the time gone by in it
 STEPS = 10_000  # in one interval, tried
 
 Advance = Callable[[System, Point, float, float, Array, bool], Step]
@@ -68,7 +68,7 @@ def advance(
         new = step(system, point, t + done, length, source, True)
         if new.why or new.error > tolerance:
             size = length * (0.25 if new.why else max(0.2, _ratio(new.error, tolerance, order)))
-            if size < SMALLEST * h:
+            if size < max(SMALLEST * h, NEXT * done):
                 why = new.why or _too_rough(t + done, new.error, tolerance)
                 break
             continue

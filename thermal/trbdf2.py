@@ -21,7 +21,7 @@ LATE = 0.5 * GAMMA  # weight of the power at t + h
 # Local error, Bank et al. (1985): 2 k h (F0/gamma - F1/(gamma (1 - gamma)) + F2/(1 - gamma))
 K = (-3.0 * GAMMA**2 + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
 
-HALVINGS = 73  # to 1e-22 of the interval
+HALVINGS, POSITION = 73, 10**12  # smallest step: of the interval, and of the time gone by in it
 STEPS = 10_000  # in one interval, tried
 ITERATIONS = 30
 CAREFUL, COOLED = 8, 0.3  # iterations that lower no temperature below a part of itself
@@ -82,7 +82,7 @@ def _halving(
         new = _step(system, so_far.point, t + position * dt, dt, source)
         if new.why or new.error > tolerance:
             level, position = level + 1, 2 * position
-            if level > HALVINGS:
+            if level > HALVINGS or position > POSITION:
                 at = t + 0.5 * position * dt
                 return so_far.interval(
                     new.why or f"t = {at:g} s: steps cannot be made small enough"
