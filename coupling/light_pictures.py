@@ -1,5 +1,6 @@
 """Light on a structure in space, and what sun and planet do to it over time."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -45,6 +46,9 @@ SHADE = "#c9ced6"
 # --------------------------------------------------------------------------------- light in space
 
 
+Span = tuple[float, float]
+
+
 class Sun(NamedTuple):
     """Directions to sun and planet at a time, and how much of the sun is seen."""
 
@@ -53,9 +57,37 @@ class Sun(NamedTuple):
     visible: float
 
 
+class Colouring(NamedTuple):
+    """What facets are coloured by.
+
+    skins : of results
+    values : (n,) or (n, p) of facets, or of p parts of each, of a skin at a frame
+    from_zero : whether the scale begins there
+    """
+
+    title: str
+    unit: str
+    skins: Callable[[Results], list[Skin]]
+    values: Callable[[Results, Skin, int], Array]
+    from_zero: bool
+
+
 def lit_skins(results: Results) -> list[Skin]:
     """Recorded faces whose light is known."""
     return [skin for skin in read_skins(results) if skin.light]
+
+
+def bulky_skins(results: Results) -> list[Skin]:
+    """Recorded faces of solids, which cannot be laid out flat."""
+    return [skin for skin in read_skins(results) if skin.body is None]
+
+
+def _celsius(results: Results, skin: Skin, frame: int) -> Array:
+    return results[f"skins/{skin.name}/temperature"][frame] - 273.15
+
+
+LIGHT = Colouring("absorbed light", "W/m²", lit_skins, light_of, True)
+TEMPERATURE = Colouring("temperature", "°C", bulky_skins, _celsius, False)
 
 
 def sun_at(results: Results, time: float) -> Sun | None:
@@ -67,30 +99,37 @@ def sun_at(results: Results, time: float) -> Sun | None:
     return Sun(sky["sun"], sky["planet"], float(sky["visible"]))
 
 
-def draw_light(results: Results, figure: "Figure") -> None:
-    """The structure at some times, coloured by the light that it absorbs."""
+def draw_facets(results: Results, figure: "Figure", by: Colouring) -> None:
+    """The structure at some times, coloured by the light that it absorbs or its temperature."""
     figure.set_facecolor(SKY)
     figure.set_layout_engine("none")
-    skins, frames = lit_skins(results), telling_frames(results, SHOWN)
+    skins, frames = by.skins(results), telling_frames(results, SHOWN)
     factor = thickening(skins)
-    shapes = [_facets(results, skins, frame, factor) for frame in frames]
+    shapes = [_facets(results, skins, by, frame, factor) for frame in frames]
     suns = [sun_at(results, results["frames/time"][frame]) for frame in frames]
     camera = looking(np.concatenate([c for c, _ in shapes]), suns[0])
-    most = max(float(values.max()) for _, values in shapes) or 1.0
+    scale = _scale(by, [values for _, values in shapes])
     extent = _extent(camera, shapes)
     panels = zip(
         _boxes(extent, len(frames), figure), shapes, suns, named(results, frames), strict=True
     )
     for box, shape, sun, name in panels:
         ax = figure.add_axes(box)
-        _paint(ax, camera, shape, most)
+        _paint(ax, camera, shape, scale)
         place = _frame(ax, extent)
         if sun is not None:
             _mark_sky(ax, camera, sun, place)
         dark = sun is not None and sun.visible == 0.0
         label = f"{name}{', in the shadow of the planet' if dark else ''}"
         ax.text(0.01, 0.98, label, color=INK, fontsize=11, transform=ax.transAxes, va="top")
-    _say(results, figure, factor, most)
+    _say(results, figure, factor, by, scale)
+
+
+def _scale(by: Colouring, values: list[Array]) -> Span:
+    """Least and greatest value of the colours."""
+    least, most = (float(f([f(v) for v in values])) for f in (np.min, np.max))
+    least = 0.0 if by.from_zero else least
+    return least, max(most, least + 1e-3 * max(1.0, abs(least)))
 
 
 def thickening(skins: list[Skin]) -> float:
@@ -137,14 +176,16 @@ def _unit(a: Array) -> Array:
     return a / np.linalg.norm(a)
 
 
-def _facets(results: Results, skins: list[Skin], frame: int, factor: float) -> tuple[Array, Array]:
-    """Corners (n, 4, 3) [m] of all facets, and the light that they absorb (n,) [W/m^2]."""
+def _facets(
+    results: Results, skins: list[Skin], by: Colouring, frame: int, factor: float
+) -> tuple[Array, Array]:
+    """Corners (n, 4, 3) [m] of all facets, and what they are coloured by (n,)."""
     corners, values = [], []
     for skin in skins:
         whole = thickened(skin, results[f"skins/{skin.name}/corners"][frame], frame, factor)
-        small, light = parted(whole, light_of(results, skin, frame))
+        small, found = parted(whole, by.values(results, skin, frame))
         corners.append(small)
-        values.append(light)
+        values.append(found)
     return np.concatenate(corners), np.concatenate(values)
 
 
@@ -174,7 +215,7 @@ def _boxes(extent: Extent, n: int, figure: "Figure") -> list[Box]:
     return [(0.015 + (i % columns) * w, 0.86 - (i // columns + 1) * h, w, h) for i in range(n)]
 
 
-def _paint(ax: "Axes", camera: Camera, shape: tuple[Array, Array], most: float) -> None:
+def _paint(ax: "Axes", camera: Camera, shape: tuple[Array, Array], scale: Span) -> None:
     """Facets that face the eye, farthest first."""
     from matplotlib.collections import PolyCollection
 
@@ -182,7 +223,7 @@ def _paint(ax: "Axes", camera: Camera, shape: tuple[Array, Array], most: float) 
     normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])[:, 2]
     seen = np.flatnonzero(normal > 0.0)
     order = seen[np.argsort(quads[seen, :, 2].mean(axis=1))]
-    colors = palette()(values[order] / most)
+    colors = palette()((values[order] - scale[0]) / (scale[1] - scale[0]))
     polygons: Any = quads[order, :, :2]
     ax.add_collection(
         PolyCollection(polygons, facecolors=colors, edgecolors=colors, linewidths=0.3)
@@ -222,20 +263,20 @@ def _write(ax: "Axes", place: Array, text: str, color: str, strength: float) -> 
     ax.text(x, y, text, color=color, alpha=strength, ha="center", va="center", fontsize=9)
 
 
-def _say(results: Results, figure: "Figure", factor: float, most: float) -> None:
+def _say(results: Results, figure: "Figure", factor: float, by: Colouring, span: Span) -> None:
     """Title, colours, scale, and what is not to scale."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    title = f"{results.attributes().get('title', '')}: absorbed light".removeprefix(": ")
+    title = f"{results.attributes().get('title', '')}: {by.title}".removeprefix(": ")
     size = fitting_size(title, 0.60 * figure.get_figwidth(), 15.0)
     figure.text(0.015, 0.93, title, color=INK, fontsize=size, weight="bold")
     ax = figure.add_axes((0.70, 0.945, 0.27, 0.018))
     bar = figure.colorbar(
-        ScalarMappable(Normalize(0.0, most), palette()), cax=ax, orientation="horizontal"
+        ScalarMappable(Normalize(*span), palette()), cax=ax, orientation="horizontal"
     )
     bar.outline.set_visible(False)
-    bar.set_label("[W/m²]", color=INK, fontsize=10)
+    bar.set_label(f"[{by.unit}]", color=INK, fontsize=10)
     ax.tick_params(colors=INK, labelsize=9)
     ax.grid(False)
     panel = figure.axes[0]

@@ -105,7 +105,11 @@ def _pictures(results: Results) -> Iterator[Picture]:
 def _light_pictures(results: Results) -> Iterator[Picture]:
     """Of recorded skins, and of sun and planet over time."""
     if light_pictures.lit_skins(results):
-        yield Picture("light", light_pictures.draw_light, (12.8, 7.2))
+        lit = partial(light_pictures.draw_facets, by=light_pictures.LIGHT)
+        yield Picture("light", lit, (12.8, 7.2))
+    if light_pictures.bulky_skins(results):
+        warm = partial(light_pictures.draw_facets, by=light_pictures.TEMPERATURE)
+        yield Picture("solid_temperature", warm, (12.8, 7.2))
     rows = skin_pictures.map_rows(results)
     if rows:
         yield Picture("skin_temperature", skin_pictures.draw_maps, (13.0, 1.0 + 1.9 * rows))

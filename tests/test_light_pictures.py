@@ -389,7 +389,11 @@ def test_a_solid_in_the_sun_has_a_skin_and_a_picture(tmp_path):
         (name,) = found.names("skins")
         corners, light = (found[f"skins/{name}/{k}"][0] for k in ("corners", "light"))
         assert skin_pictures.map_rows(found) == 0
-        assert "light" in [picture.name for picture in _pictures(found)]
+        pictures = {picture.name: picture for picture in _pictures(found)}
+        assert {"light", "solid_temperature"} <= pictures.keys()
+        figure = Figure()
+        pictures["solid_temperature"].draw(found, figure)
+        assert any("temperature" in text.get_text() for text in figure.texts)
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     assert_allclose(light, 0.6 * FLUX * np.maximum(0.0, normal @ SUN), atol=1e-6)
