@@ -382,6 +382,8 @@ export = []
 
 
 def test_a_solid_in_the_sun_has_a_skin_and_a_picture(tmp_path):
+    from matplotlib.figure import Figure
+
     text = '[time]\nend = "2 s"\nwindow = "1 s"\n' + BOX
     outcome = run(casefile.from_text(text, ROOT), tmp_path)
     assert outcome.code == 0, outcome.reason
@@ -391,7 +393,7 @@ def test_a_solid_in_the_sun_has_a_skin_and_a_picture(tmp_path):
         assert skin_pictures.map_rows(found) == 0
         pictures = {picture.name: picture for picture in _pictures(found)}
         assert {"light", "solid_temperature"} <= pictures.keys()
-        figure = Figure()
+        figure = Figure(figsize=(12.8, 7.2))
         pictures["solid_temperature"].draw(found, figure)
         assert any("temperature" in text.get_text() for text in figure.texts)
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
