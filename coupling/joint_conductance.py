@@ -4,7 +4,7 @@ The contacts of a joint come and go within a coupling window; what the heat feel
 the conductance over the window's mechanical steps.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -93,20 +93,42 @@ class JointConductance:
         self.joints = list(joints)
         self.contacts = 1 + max((int(joint.contacts.max()) for joint in joints), default=-1)
 
-    def mean(self, durations: Array, force: Array, gap: Array, T: Array) -> dict[str, Array]:
-        """Conductance (1,) [W/K] of each joint by the name of its link.
+    def at(self, force: Array, gap: Array, T: Array) -> dict[str, Array]:
+        """Conductance (k,) [W/K] of each joint at k times, by the name of its link.
 
         Parameters
         ----------
-        durations : (k,) float [s]  of the steps
-        force, gap : (k, n_c) float [N], [m]  of all contacts at their ends; no gap where closed
+        force, gap : (k, n_c) float [N], [m]  of all contacts; no gap where closed
         T : (m,) float [K]  at the points that carry a temperature
         """
+        return {
+            joint.name: joint.law(
+                force[:, joint.contacts], gap[:, joint.contacts], float(T[joint.points].mean())
+            ).sum(axis=1)
+            for joint in self.joints
+        }
+
+    def start(self, T: Array) -> dict[str, Array]:
+        """As ``mean`` of open contacts that touch nothing."""
+        nothing = np.zeros((1, self.contacts))
+        return {name: np.repeat(G, 2) for name, G in self.at(nothing, nothing, T).items()}
+
+    def mean(
+        self, before: Mapping[str, Array], durations: Array, force: Array, gap: Array, T: Array
+    ) -> dict[str, Array]:
+        """Mean conductance over steps, straight within each, and conductance at their end (2,).
+
+        Parameters
+        ----------
+        before : what this gave for the steps before
+        durations : (k,) float [s]  of the steps
+        force, gap, T : at the ends of the steps, as in ``at``
+        """
         found = {}
-        for joint in self.joints:
-            own = joint.contacts
-            G = joint.law(force[:, own], gap[:, own], float(T[joint.points].mean())).sum(axis=1)
-            found[joint.name] = np.array([durations @ G / durations.sum()])
+        for name, ends in self.at(force, gap, T).items():
+            G = np.concatenate([before[name][1:], ends])
+            mean = 0.5 * durations @ (G[:-1] + G[1:]) / durations.sum()
+            found[name] = np.array([mean, ends[-1]])
         return found
 
 

@@ -33,8 +33,10 @@ class Surroundings(Protocol):
         """Of a state at the start of the run; ``T`` (n,) [K] nodal temperatures."""
         ...
 
-    def after(self, t: float, h: float, motion: Any, T: Array, rows: Sequence[Any]) -> Outside:
-        """At the end of a window of length ``h`` from ``t`` on, in which ``rows`` were observed."""
+    def after(
+        self, t: float, h: float, before: "Coupled", motion: Any, T: Array, rows: Sequence[Any]
+    ) -> Outside:
+        """At the end of a window of length ``h`` from ``before`` at ``t`` on, with its ``rows``."""
         ...
 
     def released(self, before: Any, after: Any, T0: Array, T1: Array) -> Array | None:
@@ -187,7 +189,7 @@ def _move(
         return _Moved(motion, friction, np.zeros_like(friction), {}), ""
     released = around.released(state.motion, motion, state.T, T)
     elastic = np.zeros_like(friction) if released is None else released
-    outside = around.after(t, h, motion, T, rows.kept)
+    outside = around.after(t, h, state, motion, T, rows.kept)
     return _Moved(motion, friction, elastic, outside), ""
 
 

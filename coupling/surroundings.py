@@ -38,12 +38,11 @@ class Around:
 
     def at(self, t: float, motion: Any, T: Array) -> Mapping[str, Array]:
         """Irradiation of a state, or of the reference (None); joints are open at the start."""
-        count = 0 if self._joints is None else self._joints.contacts
-        nothing = np.zeros((1, count))
-        return self._irradiation(t, motion) | self._conductance(np.ones(1), nothing, nothing, T)
+        joints = {} if self._joints is None else self._joints.start(self._means(T))
+        return self._irradiation(t, motion) | joints
 
     def after(
-        self, t: float, h: float, motion: Any, T: Array, rows: Sequence[Any]
+        self, t: float, h: float, before: Any, motion: Any, T: Array, rows: Sequence[Any]
     ) -> Mapping[str, Array]:
         """Irradiation at the end of a window, mean conductance over it."""
         irradiation = self._irradiation(t + h, motion)
@@ -53,7 +52,8 @@ class Around:
         response = np.concatenate([r.response for r in rows])
         force = response[..., march.ELASTIC] + response[..., march.DISSIPATIVE]
         gap = np.maximum(0.0, -response[..., march.DEPTH])
-        return irradiation | self._conductance(durations, force, gap, T)
+        means = self._means(0.5 * (before.T + T))
+        return irradiation | self._joints.mean(before.outside, durations, force, gap, means)
 
     def released(self, before: Any, after: Any, T0: Array, T1: Array) -> Array | None:
         """(n,) [J] of heat that deformation releases."""
@@ -62,10 +62,6 @@ class Around:
     def _irradiation(self, t: float, motion: Any) -> dict[str, Array]:
         return {} if self._exposure is None else dict(self._exposure.at(t, motion))
 
-    def _conductance(
-        self, durations: Array, force: Array, gap: Array, T: Array
-    ) -> dict[str, Array]:
-        if self._joints is None:
-            return {}
-        sections = self._transfer.read(T)[:, 0]
-        return self._joints.mean(durations, force, gap, sections)
+    def _means(self, T: Array) -> Array:
+        """(m,) [K]  at the mechanical points."""
+        return self._transfer.read(T)[:, 0]

@@ -30,12 +30,13 @@ def test_tables_by_force_and_by_gap():
     np.testing.assert_allclose(law(force, gap, 300.0), [0.3, 0.1, 2.0, 3.0])
 
 
-def test_the_mean_weighs_steps_by_their_length():
+def test_the_mean_is_straight_within_steps_and_weighs_them_by_their_length():
     law = Tabled((0.0, 10.0), (0.0, 1.0), (0.0,), (0.0,))
     joints = JointConductance([Joint("contact.c", np.array([1]), np.array([0, 1]), law)])
     force = np.array([[9.0, 0.0], [9.0, 10.0], [9.0, 5.0]])
-    found = joints.mean(np.array([1.0, 2.0, 1.0]), force, np.zeros((3, 2)), np.full(4, 300.0))
-    np.testing.assert_allclose(found["contact.c"], [(2.0 * 1.0 + 1.0 * 0.5) / 4.0])
+    T, durations = np.full(4, 300.0), np.array([1.0, 2.0, 1.0])
+    found = joints.mean(joints.start(T), durations, force, np.zeros((3, 2)), T)
+    np.testing.assert_allclose(found["contact.c"], [(2.0 * 0.5 + 1.0 * 0.75) / 4.0, 0.5])
     assert joints.contacts == 2
 
 
