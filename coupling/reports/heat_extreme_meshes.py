@@ -22,7 +22,8 @@ def _pieces() -> Mesh:
     """Two boxes with a gap."""
     one = box((SIDE,) * 3, (2, 2, 2))
     cells, n = one.cells["hexahedron"], len(one.points)
-    points = np.vstack([one.points, one.points + [2.0 * SIDE, 0.0, 0.0]])
+    aside = one.points + np.array([2.0 * SIDE, 0.0, 0.0])
+    points = np.vstack([one.points, aside])
     return Mesh(points, {"hexahedron": np.vstack([cells, cells + n])})
 
 
