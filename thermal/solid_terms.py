@@ -1,6 +1,6 @@
 """What solid bodies store and conduct: sums over cells, refilled by compiled code."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,10 +25,14 @@ from thermal.solid_elements import (
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Short = NDArray[np.int32]
+Short = NDArray[np.uint32]
 
 LUMPABLE = ("tetra", "hexahedron", "hexahedron27")
 """Families all of whose shape functions have a positive mean."""
+
+ALIKE = (
+    1e-12  # difference of amounts at points of a cell, relative, that positions' round-off makes
+)
 
 BENT = 0.5  # volume of a cell at a corner over the product of its edges there, to be like a box
 
@@ -53,7 +57,7 @@ class Pattern(NamedTuple):
 class Group(NamedTuple):
     """Cells of one family, batch by batch as the kernels take them, and where they go.
 
-    dofs : (batches, n, BATCH) int32
+    dofs : (batches, n, BATCH) uint32
     form : at the points of what is summed
     amounts : (batches, q, ..., BATCH) float
     law : of the conductivity or heat capacity
@@ -64,6 +68,11 @@ class Group(NamedTuple):
     amounts: Array
     law: Property
     slots: Short
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """Of a cell: kernels are compiled for each length."""
+        return tuple(range(self.dofs.shape[1]))
 
 
 class Lumps(NamedTuple):
@@ -92,7 +101,7 @@ def pattern(fillings: Sequence[Filling], n: int) -> Pattern:
         uses = csr_array((ones, cells.ravel(), starts), shape=(len(cells), n))
         total = total + (uses.T @ uses).tocsr()
     total.sort_indices()
-    return Pattern(total.indptr.astype(np.int32), total.indices.astype(np.int32))
+    return Pattern(total.indptr.astype(np.uint32), total.indices.astype(np.uint32))
 
 
 def conduction(
@@ -194,10 +203,16 @@ def _group(
     entries: Pattern,
 ) -> Group:
     cells, amounts = (np.concatenate(a) for a in zip(*parts, strict=True))
-    dofs = _batched(cells.astype(np.int32), cells[:1])
+    dofs = _batched(cells.astype(np.uint32), cells[:1])
     slots = kernels.slots_of(dofs, entries.starts, entries.columns)
-    nothing = np.zeros((1, *amounts.shape[1:]))
-    return Group(dofs, form, _batched(amounts, nothing), law, slots)
+    amounts = _once(amounts)
+    return Group(dofs, form, _batched(amounts, np.zeros_like(amounts[:1])), law, slots)
+
+
+def _once(amounts: Array) -> Array:
+    """Of the first point alone where they are the same at all, to round-off: less to read."""
+    first = amounts[:, :1]
+    return first if (np.abs(amounts - first) <= ALIKE * np.abs(first).max()).all() else amounts
 
 
 def _batched(a, filler):
@@ -208,11 +223,25 @@ def _batched(a, filler):
     return np.ascontiguousarray(np.moveaxis(split, 1, -1))
 
 
+class Last:
+    """A function of temperatures that knows its last values: a step begins where another ended."""
+
+    def __init__(self, of: Callable[[Array], Array]) -> None:
+        self._of = of
+        self._T = self._values = np.empty(0)
+
+    def __call__(self, T: Array) -> Array:
+        """Values at T."""
+        if not np.array_equal(T, self._T):
+            self._T, self._values = T.copy(), self._of(T)
+        return self._values.copy()
+
+
 class Conduction:
     """Power conducted between all temperatures; what is constant is summed once."""
 
     def __init__(self, groups: Sequence[Group], entries: Pattern) -> None:
-        self._entries = entries
+        self._entries, self._last = entries, Last(self._power)
         self._varying = [g for g in groups if not g.law.is_constant]
         self.constant = np.zeros(len(entries.columns))
         steady = [g for g in groups if g.law.is_constant]
@@ -223,6 +252,9 @@ class Conduction:
 
     def power(self, T: Array) -> Array:
         """(n,) [W] received."""
+        return self._last(T)
+
+    def _power(self, T: Array) -> Array:
         out = np.zeros_like(T)
         if self._any:
             # rows have the sum 0: differences, lest large temperatures leave their round-off
@@ -230,7 +262,16 @@ class Conduction:
         for g in self._varying:
             c = g.law.curve
             kernels.conducted(
-                g.dofs, g.amounts, g.form.values, g.form.slopes, c.knots, c.origins, c.value, T, out
+                g.nodes,
+                g.dofs,
+                g.amounts,
+                g.form.values,
+                g.form.slopes,
+                c.knots,
+                c.origins,
+                c.value,
+                T,
+                out,
             )
         return out
 
@@ -243,7 +284,7 @@ class Conduction:
 def _add_conductance(g: Group, T: Array, tau: float, data: Array) -> None:
     c, f = g.law.curve, g.form
     kernels.add_conductance(
-        g.dofs, g.amounts, f.values, f.slopes, c.knots, c.origins, c.value, c.slope,
+        g.nodes, g.dofs, g.amounts, f.values, f.slopes, c.knots, c.origins, c.value, c.slope,
         g.slots, tau, T, data,
     )  # fmt: skip
 
@@ -281,7 +322,7 @@ class ConsistentStorage:
     """Heat stored by integrals over the cells."""
 
     def __init__(self, groups: Sequence[Group], entries: Pattern) -> None:
-        self._groups = groups
+        self._groups, self._last = groups, Last(self._heat)
         self.constant = np.zeros(len(entries.columns))
         at = np.full(len(entries.starts) - 1, DATUM)
         for g in groups:
@@ -290,11 +331,14 @@ class ConsistentStorage:
 
     def heat(self, T: Array) -> Array:
         """(n,) [J]"""
+        return self._last(T)
+
+    def _heat(self, T: Array) -> Array:
         out = np.zeros_like(T)
         for g in self._groups:
             c = g.law.curve
             kernels.stored(
-                g.dofs, g.amounts, g.form.values, c.knots, c.origins, c.primitive, T, out
+                g.nodes, g.dofs, g.amounts, g.form.values, c.knots, c.origins, c.primitive, T, out
             )
         return out
 
@@ -308,7 +352,7 @@ class ConsistentStorage:
 def _add_capacity(g: Group, T: Array, data: Array) -> None:
     c = g.law.curve
     kernels.add_capacity(
-        g.dofs, g.amounts, g.form.values, c.knots, c.origins, c.value, g.slots, T, data
+        g.nodes, g.dofs, g.amounts, g.form.values, c.knots, c.origins, c.value, g.slots, T, data
     )
 
 
