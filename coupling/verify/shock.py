@@ -69,9 +69,12 @@ def controlled() -> list[Check]:
 
 @problem("heat", "undershoot of single steps", "the same scheme on the matrices of the bar")
 def of_schemes() -> list[Grid]:
-    """All schemes on heat stored at nodes; heat stored by integrals."""
-    names = [*KEPT, "solid, consistent"]
-    return [_grid(name) for name in names]
+    """All schemes on heat stored at nodes; heat stored by integrals.
+
+    But for tubes in 3D, whose ends do not warm up evenly through the wall.
+    """
+    names = [name for name in KEPT if name != "solid, tube"]
+    return [_grid(name) for name in (*names, "solid, consistent")]
 
 
 @problem("heat", "bounds of undershoot", "0 to the bound; measured, of higher order in space")
@@ -124,27 +127,32 @@ def matrices(at_nodes: bool) -> tuple[Array, Array, Array]:
     return np.diag(ends) * 2.0 / 3.0 + beside / 6.0, K, np.eye(n)[0] / 6.0
 
 
+def solved(A: Array, b: Array) -> Array:
+    """x of A x = b."""
+    return np.asarray(np.linalg.solve(A, b), dtype=np.float64)
+
+
 def _euler(M: Array, K: Array, heat: Array, x: Array) -> Array:
-    return np.linalg.solve(M + K, heat)
+    return solved(M + K, heat)
 
 
 def _crank_nicolson(M: Array, K: Array, heat: Array, x: Array) -> Array:
-    return np.linalg.solve(M + 0.5 * K, heat - 0.5 * K @ x)
+    return solved(M + 0.5 * K, heat - 0.5 * K @ x)
 
 
 def _sdirk2(M: Array, K: Array, heat: Array, x: Array) -> Array:
     g = 1.0 - 1.0 / sqrt(2.0)
-    first = np.linalg.solve(M + g * K, heat)
-    return np.linalg.solve(M + g * K, heat - (1.0 - g) * K @ first)
+    first = solved(M + g * K, heat)
+    return solved(M + g * K, heat - (1.0 - g) * K @ first)
 
 
 def _tr_bdf2(M: Array, K: Array, heat: Array, x: Array) -> Array:
     """Trapezoids to 2 - sqrt(2) of the step, then backward differences (Bank et al. 1985)."""
     g = 2.0 - sqrt(2.0)
-    middle = np.linalg.solve(M + 0.5 * g * K, heat - 0.5 * g * K @ x)
+    middle = solved(M + 0.5 * g * K, heat - 0.5 * g * K @ x)
     late = (1.0 - g) / (2.0 - g)
     stored = (M @ middle - (1.0 - g) ** 2 * heat) / (g * (2.0 - g))
-    return np.linalg.solve(M + late * K, stored)
+    return solved(M + late * K, stored)
 
 
 STEP = {EULER: _euler, "crank-nicolson": _crank_nicolson, "sdirk2": _sdirk2, OWN: _tr_bdf2}
