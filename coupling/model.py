@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from coupling import manager, observables
 from coupling.contact_history import Steps
 from coupling.contacts import Contact, attributes, contacts_of
-from coupling.descriptions import flexible_bodies, motion_description, shells, sided_joints
+from coupling.descriptions import (
+    flexible_bodies,
+    line_bodies,
+    motion_description,
+    shells,
+    sided_joints,
+)
 from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
 from coupling.plan import plan
@@ -325,8 +331,28 @@ def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manag
         (np.zeros((0, 3)), {}) if heat_solver is None else (heat_solver.x, heat_solver.regions)
     )
     return transfer(
-        x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest, shells(scene)
-    )
+        x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest, shells(scene),
+        _shares(scene, heat_solver),
+    )  # fmt: skip
+
+
+def _shares(scene: Scene, heat_solver: Any) -> dict[str, Array]:
+    """Area or volume of the temperatures that motion reads, where the solver knows them."""
+    if scene.thermal is None or not hasattr(heat_solver, "space"):
+        return {}
+    from coupling.heat_descriptions import region_of
+    from thermal.description import Place
+
+    places = {name: Place(name) for name in line_bodies(scene)}
+    for name, solid in scene.thermal.solid.items():
+        if solid.of is not None:
+            places[region_of(name, solid)] = Place(region_of(name, solid), solid.rubbing)
+    found = {}
+    for name, place in places.items():
+        mean, shares = heat_solver.space.place(place), np.zeros(len(heat_solver.x))
+        np.add.at(shares, mean.nodes, mean.weights)
+        found[name] = shares[heat_solver.regions[name]]
+    return found
 
 
 def _versions() -> dict[str, str]:

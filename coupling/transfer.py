@@ -42,6 +42,7 @@ def transfer(
     point_regions: Mapping[str, Indices],
     rest: Array,
     surfaces: Collection[str] = (),
+    shares: Mapping[str, Array] | None = None,
 ) -> Transfer:
     """Build the transfer from temperatures at ``x`` to sections at ``points``.
 
@@ -52,15 +53,21 @@ def transfer(
     rest : (m,) float [K]  temperature of points whose region has no temperatures
     surfaces : names of shells: at each of their points there are as many temperatures, one after
         the other, somewhere on the normal e3
+    shares : region -> (k,) float  area or volume of its temperatures, whose moments the gradients
+        keep; a region that is not there: all the same
     """
+    weighed = shares or {}
     count = 3 * len(points)
     entries: list[tuple[Indices, Indices, Array]] = []
     base = np.zeros((len(points), 3))
     base[:, 0] = rest
     for name, rows in point_regions.items():
         if name in regions:
-            read = _surface if name in surfaces else _region
-            block = read(x[regions[name]], points[rows], axes[rows])
+            own, at = regions[name], (points[rows], axes[rows])
+            if name in surfaces:
+                block = _surface(x[own], *at)
+            else:
+                block = _region(x[own], weighed.get(name, np.ones(len(own))), *at)
             base[rows, 0] = 0.0
             k, c = np.nonzero(block)
             entries.append((3 * rows[k // 3] + k % 3, regions[name][c], block[k, c]))
@@ -69,14 +76,14 @@ def transfer(
     return Transfer(csr_array((v, (i, j)), shape=(count, len(x))), base)
 
 
-def _region(x: Array, points: Array, axes: Array) -> Array:
+def _region(x: Array, shares: Array, points: Array, axes: Array) -> Array:
     """(3 m, n) block of one region."""
     if not axes.any():
         block = np.zeros((3 * len(points), len(x)))
-        block[0::3] = 1.0 / len(x)
+        block[0::3] = shares / shares.sum()
         return block
     s, y, z = section_coordinates(x, points, axes)
-    stations, profiles = _profiles(s, y, z)
+    stations, profiles = _profiles(s, y, z, shares)
     arclength = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     weights = _interpolation(stations, arclength)
     return np.einsum("ms,skn->mkn", weights, profiles).reshape(3 * len(points), len(x))
@@ -136,7 +143,7 @@ def _nearest_edges(x: Array, points: Array) -> tuple[Indices, Array, Array]:
     return nearest, along[np.arange(len(x)), nearest], lengths
 
 
-def _profiles(s: Array, y: Array, z: Array) -> tuple[Array, Array]:
+def _profiles(s: Array, y: Array, z: Array, shares: Array) -> tuple[Array, Array]:
     """Stations (k,) and, for each, the least-squares fit of mean and gradients (k, 3, n)."""
     tolerance = SAME_STATION * max(np.ptp(s), 1e-12)
     order = np.argsort(s, kind="stable")
@@ -145,19 +152,22 @@ def _profiles(s: Array, y: Array, z: Array) -> tuple[Array, Array]:
     stations = np.array([s[g].mean() for g in groups])
     profiles = np.zeros((len(groups), 3, len(s)))
     for k, g in enumerate(groups):
-        profiles[k][:, g] = _fit(y[g], z[g])
+        profiles[k][:, g] = _fit(y[g], z[g], shares[g])
     return stations, profiles
 
 
-def _fit(y: Array, z: Array) -> Array:
-    """(3, k) least-squares map from k temperatures to the mean and the two gradients."""
+def _fit(y: Array, z: Array, shares: Array) -> Array:
+    """(3, k) weighted least-squares map from k temperatures to the mean and the two gradients."""
     size = max(np.abs(y).max(), np.abs(z).max())
+    weights = shares / shares.sum() if np.all(shares > 0.0) else np.full(len(y), 1.0 / len(y))
     if len(y) < 3 or size == 0.0:
         fit = np.zeros((3, len(y)))
-        fit[0] = 1.0 / len(y)
+        fit[0] = weights
         return fit
-    basis = np.column_stack([np.ones_like(y), y / size, z / size])
-    return np.linalg.pinv(basis, rcond=1e-9) / np.array([1.0, size, size])[:, None]
+    root = np.sqrt(weights)
+    basis = np.column_stack([np.ones_like(y), y / size, z / size]) * root[:, None]
+    fit = np.linalg.pinv(basis, rcond=1e-9) * root
+    return fit / np.array([1.0, size, size])[:, None]
 
 
 def _interpolation(stations: Array, at: Array) -> Array:
