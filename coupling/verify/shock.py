@@ -26,10 +26,11 @@ from coupling.verify.registry import Check, Grid, problem
 Array = NDArray[np.float64]
 
 EULER = SCHEMES[0]
-KEPT = (
-    "line", "line, tube", "wall, tube", "lumped", "lumped, tube", "solid", "solid, tube",
-    "solid, circle",
+LENGTHWISE = (
+    "line", "line, tube", "wall, tube", "lumped", "lumped, tube", "solid", "solid, circle",
 )  # fmt: skip
+"""Those that come to linear elements along the bar, with heat stored at nodes."""
+KEPT = (*LENGTHWISE, "solid, tube", "solid, half a face", "solid, half a face, cells 1:5")
 """Those whose heat is stored at nodes and whose neighbours exchange heat by positive conductances:
 with backward Euler they keep the range at any step."""
 NONE = 1e-9  # [%]  round-off
@@ -69,12 +70,8 @@ def controlled() -> list[Check]:
 
 @problem("heat", "undershoot of single steps", "the same scheme on the matrices of the bar")
 def of_schemes() -> list[Grid]:
-    """All schemes on heat stored at nodes; heat stored by integrals.
-
-    But for tubes in 3D, whose ends do not warm up evenly through the wall.
-    """
-    names = [name for name in KEPT if name != "solid, tube"]
-    return [_grid(name) for name in (*names, "solid, consistent")]
+    """All schemes on heat stored at nodes, and on heat stored by integrals."""
+    return [_grid(name) for name in (*LENGTHWISE, "solid, consistent")]
 
 
 @problem("heat", "bounds of undershoot", "0 to the bound; measured, of higher order in space")
