@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import simpson, solve_ivp
 
 from coupling.casefile import from_text
+from coupling.environments import environment
 from coupling.manager import Coupled, Pair
 from coupling.model import Model, build
 from coupling.overrides import parse
@@ -28,6 +29,7 @@ from mechanics.ledger import TERMS
 from meshes.solids import box
 from thermal import solvers
 from thermal.description import Description, Link, Member, Place, Settings, Solid, Source
+from thermal.illumination import sky
 
 Array = NDArray[np.float64]
 
@@ -209,13 +211,16 @@ def zener() -> list[Check]:
         found = _bent(0.5 * RADIUS**2, AREA, RADIUS**2 / DIFFUSIVITY, f"thermal.solver='{solver}'",
                       f"body.rod.elements={elements}", "thermal.wall_points=8")  # fmt: skip
         checks.append(Check(f"1/Q, {solver}", found[0], 0.5 * RELAXATION, 1e-2))
-        checks.append(Check(f"heat/energy lost, {solver}", found[1], 1.0, 1e-2))
+        checks.append(Check(f"heat/energy lost, {solver}", found[1], 1.0, 2e-2))
     return checks
 
 
 @problem("heat", "a swinging bar is damped", "Lifshitz & Roukes 2000; two gradients: tau = h^2/12D")
 def rectangular_zener() -> list[Check]:
-    """At w = 12 D/h^2. A section with two gradients has one time of relaxation, the bar many."""
+    """At w = 12 D/h^2. A section with two gradients has one time of relaxation, the bar many.
+
+    Of ``solid`` heat is stored at nodes, whose second moment exceeds that of the section.
+    """
     height, width = 4e-3, 2e-3
     tau, xi = height**2 / (12.0 * DIFFUSIVITY), sqrt(6.0)
     many = 6.0 / xi**2 - 6.0 / xi**3 * (sinh(xi) + sin(xi)) / (cosh(xi) + cos(xi))
@@ -224,12 +229,13 @@ def rectangular_zener() -> list[Check]:
     checks = []
     for solver, share in exact.items():
         elements = 20 if solver == "hermite" else 8
+        allowed = 5e-2 if solver == "solid" else 2e-2
         damping, heat = _bent(
             height**2 / 12.0, height * width, tau, section, f"thermal.solver='{solver}'",
             f"body.rod.elements={elements}", "thermal.full_sections='gradients'",
         )  # fmt: skip
         checks.append(Check(f"1/Q, {solver}", damping, share * RELAXATION, 1e-2))
-        checks.append(Check(f"heat/energy lost, {solver}", heat, 1.0, 1e-2))
+        checks.append(Check(f"heat/energy lost, {solver}", heat, 1.0, allowed))
     return checks
 
 
@@ -239,7 +245,9 @@ PERIODS = 3
 def _bent(square: float, area: float, tau: float, *settings: str) -> tuple[float, float]:
     """1/Q of the tube swinging sideways at w = 1/tau, and heat over the energy that was lost.
 
-    square : float [m^2]  of the radius of gyration. Both from the second period on. The axial force stores heat too, which comes back.
+    Both from the second period on. The axial force stores heat too, which comes back.
+
+    square : float [m^2]  of the radius of gyration
     """
     stiffness, strain = 3.0 * MODULUS * area * square / LENGTH**3, 5e-3
     swinging = _swinging(0.5 / (pi * tau), stiffness, PERIODS, "[0,1,0]", strain)
@@ -262,7 +270,9 @@ def _axial(model: Model, state: Coupled) -> float:
 
 # -- heat through joints -----------------------------------------------------------------------
 
-PRESSED = METAL + """
+PRESSED = (
+    METAL
+    + """
 [time]
 end = "20 s"
 window = "1 s"
@@ -301,6 +311,7 @@ of = "pin.bearing"
 material = "al"
 mass = "0.1 kg"
 """
+)
 BY_FORCE = """
 [thermal.contact.touch]
 joint = "pin"
@@ -354,11 +365,11 @@ def chattering_pin() -> list[Check]:
         per_run = float(np.diff(found.times) @ G) / 4.0
         checks.append(Check(f"mean conductance, {count} windows", per_run, mean, 1e-3, "W/K"))
         ends.append(float(found.states[-1].T[0]))
-    return [*checks, Check("pin after 4 s, 20 and 200 windows", *ends, 2e-3, "K", True)]
+    return [*checks, Check("pin after 4 s", ends[0], ends[1], 2e-3, "K", True)]
 
 
 @problem("heat", "order of a joint's conductance in the window", "two equations, DOP853")
-def conductance_order() -> list[Check]:
+def conductance_order() -> list[Convergence]:
     """20 N + 15 N at 1/16 Hz; the bearing gives its heat to a mount."""
     slow = "load.down.amplitude={sine={amplitude=15,period='16 s',offset=20}}"
     exact = _by_swaying_force(16.0)
@@ -391,7 +402,9 @@ def _by_swaying_force(end: float) -> Array:
 STEEL = conductor(16.2, 8000.0, 500.0)
 
 
-@problem("heat", "two bars heated where they touch", "Carslaw & Jaeger 1959: shares by sqrt(k rho c)")
+@problem(
+    "heat", "two bars heated where they touch", "Carslaw & Jaeger 1959: shares by sqrt(k rho c)"
+)
 def partition() -> list[Check]:
     """Aluminium and steel, 0.1 s after the heat begins; neither feels its other end."""
     checks = []
@@ -424,15 +437,16 @@ class Slabs(Sliding):
 
     def build(self) -> Pair:
         motion = super().build().motion_solver
-        mesh = box((0.01, 0.02, 0.05), (10, 2, 2))
+        mesh = box((0.01, 0.02, 0.05), (20, 2, 2))
         slabs = [
             Solid(side, mesh, {"": m}, ROOM, rubbing="x0")
             for side, m in zip(SIDES, self.materials, strict=True)
         ]
         solid = solvers.build("solid", Description(solids=slabs), Settings(1e-5))
+        shares = {side: solid.space.place(Place(side, "x0")).weights for side in SIDES}
         read = transfer(
             solid.x, solid.regions, motion.x, motion.axes, motion.regions,
-            np.full(len(motion.x), ROOM),
+            np.full(len(motion.x), ROOM), shares=shares,
         )  # fmt: skip
         return Pair(solid, motion, read)
 
@@ -455,3 +469,195 @@ def rubbing_slabs() -> list[Check]:
             Check(f"uneven, {side}", uneven, 0.0, 1e-6, "K", True),
         ]
     return checks
+
+
+WARM = (
+    METAL
+    + """
+[time]
+end = "2 s"
+window = "0.1 s"
+[integrator]
+tolerance = 1e-5
+[section.s]
+kind = "tube"
+mean_radius = "20 mm"
+thickness = "2 mm"
+[body.arm]
+kind = "beam"
+start = [0, 0, 0]
+end = [1, 0, 0]
+elements = 2
+section = "s"
+material = "al"
+normal = [0, 1, 0]
+damping = "2 ms"
+[joint.hinge]
+kind = "clearance_revolute"
+journal = { body = "arm", at = "start" }
+axis = [0, 0, 1]
+radius = "10 mm"
+clearance = "50 um"
+journal_material = "al"
+bearing_material = "al"
+angle = { s_curve = { rate = "40 deg/s", rise = "0.3 s", total = "70 deg" } }
+friction = { coefficient = 0.3 }
+[gravity]
+acceleration = [0, "-9.81 m/s^2", 0]
+[thermal]
+initial = "300 K"
+[thermal.part.pin]
+of = "hinge.journal"
+material = "al"
+mass = "0.05 kg"
+area = "30 cm^2"
+[thermal.part.bush]
+of = "hinge.bearing"
+material = "al"
+mass = "0.05 kg"
+area = "60 cm^2"
+[thermal.contact.touch]
+joint = "hinge"
+by_force = [["0 N", "0 W/K"], ["100 N", "5 W/K"]]
+by_gap = [["0 um", "0.2 W/K"], ["100 um", "0.1 W/K"]]
+[thermal.link.fitting]
+a = { part = "pin" }
+b = { body = "arm", at = "start" }
+conductance = "2 W/K"
+[thermal.radiation.pin]
+part = "pin"
+emissivity = 0.8
+sink = "3 K"
+[thermal.radiation.bush]
+part = "bush"
+emissivity = 0.8
+sink = "3 K"
+[thermal.radiation.arm]
+body = "arm"
+emissivity = 0.8
+sink = "3 K"
+"""
+)
+
+
+@problem("heat", "friction warms what radiates", "heat stored + radiated = work of friction")
+def friction_and_radiation() -> list[Check]:
+    """A loose pin, an arm and a bush that lose heat by their areas; the rest is round-off."""
+    checks = []
+    for solver in LINES:
+        found = ran(WARM, f"thermal.solver='{solver}'")
+        row, work = found.model.ledger(found.states[-1]), float(found.ledger("friction")[-1])
+        gone = [v for name, v in row.items() if name.startswith("heat_radiation")]
+        whole = work + abs(sum(gone))
+        defect = (row["heat_stored"] - sum(gone) - work) / whole
+        checks.append(Check(f"defect over heat, {solver}", defect, 0.0, 1e-11, "", True))
+        made = (row["heat_exchanged"] - work) / work
+        checks.append(Check(f"heat over work - 1, {solver}", made, 0.0, 1e-11, "", True))
+    return checks
+
+
+# -- sunlight on what turns --------------------------------------------------------------------
+
+TURNING = (
+    METAL
+    + """
+[time]
+end = "16 s"
+window = "1 s"
+[integrator]
+tolerance = 1e-4
+[section.s]
+kind = "tube"
+mean_radius = "20 mm"
+thickness = "1 mm"
+[body.arm]
+kind = "beam"
+start = [0, 0, 0]
+end = [1, 0, 0]
+elements = 2
+section = "s"
+material = "al"
+normal = [0, 1, 0]
+damping = "5 ms"
+[joint.hinge]
+kind = "revolute"
+a = { body = "arm", at = "start" }
+axis = [0, 0, 1]
+angle = { ramp = { end = "64 s", from = 0, to = "360 deg" } }
+[thermal]
+initial = "300 K"
+wall_points = 16
+tolerance = 1e-5
+[thermal.environment]
+sun = { direction = [1, 0, 0] }
+[thermal.surface.skin]
+body = "arm"
+absorptivity = 0.8
+emissivity = 0.0
+"""
+)
+
+
+LIT = 0.8 * 1361.0 * 2.0 * 0.0205  # [W]  absorbed across the light
+
+
+@problem("heat", "sunlight on a turning tube", "2 R L q |sin|, from along the light to across")
+def sunlit_turn() -> list[Check | Convergence]:
+    """Heat absorbed over a quarter of a turn, and how its error falls with the window.
+
+    ``lumped`` takes the light at 16 points round, ``solid`` on 24 flat sides.
+    """
+    exact = LIT * 64.0 / (2.0 * pi)
+    checks: list[Check | Convergence] = []
+    for solver in LINES:
+        found = _lit(TURNING, f"thermal.solver='{solver}'")
+        tolerance = {"lumped": 2e-2, "solid": 5e-3}.get(solver, 1.5e-3)
+        checks.append(Check(f"absorbed, {solver}", found, exact, tolerance, "J"))
+    for scheme, theory in (("serial", 1.0), ("corrected", 2.0)):
+        scheme_is, sizes = f"coupling.scheme='{scheme}'", (4.0, 2.0, 1.0)
+        absorbed = [_lit(TURNING, scheme_is, f"time.window={w}") for w in sizes]
+        errors = np.abs(np.array(absorbed) / exact - 1.0).tolist()
+        checks.append(Convergence(scheme, sizes, errors, theory, 0.2, "s"))
+    return checks
+
+
+def _lit(text: str, *settings: str) -> float:
+    """Heat [J] of sunlight that a scene has absorbed at its end."""
+    found = ran(text, *settings)
+    return found.model.ledger(found.states[-1])["heat_light.skin"]
+
+
+ECLIPSED = (
+    TURNING.replace(
+        "sun = { direction = [1, 0, 0] }",
+        """sun = { beta = 0 }
+orbit = { kind = "circular", altitude = "400 km", phase = "107 deg" }
+planet = { albedo = 0, infrared = 0 }""",
+    )
+    .replace("end = [1, 0, 0]", "end = [0, 0, 1]")
+    .replace('angle = { ramp = { end = "64 s", from = 0, to = "360 deg" } }', "angle = 0")
+)
+
+
+@problem("heat", "a tube flies into the shadow", "integral of the sun's visible part, Simpson")
+def eclipse_entry() -> list[Check]:
+    """The penumbra of 8 s begins and ends within windows of 20 s; then windows of 2 s.
+
+    A window that meets a shadow errs by half of its light at the most.
+    """
+    whole = LIT * _visible(80.0)
+    checks = []
+    for window, allowed in ((20.0, 10.0 * LIT), (2.0, 0.05 * LIT)):
+        found = _lit(ECLIPSED, f"time.window={window}", "time.end='80 s'")
+        checks.append(
+            Check(f"absorbed, {window:g} s", found, whole, allowed + 3e-3 * whole, "J", True)
+        )
+    return checks
+
+
+def _visible(end: float) -> float:
+    """[s]  integral of the visible part of the sun's disc."""
+    table = build(from_text(ECLIPSED, Path())).scene.thermal
+    assert table is not None and table.environment is not None
+    seen, t = environment(table.environment), np.linspace(0.0, end, 2001)
+    return float(simpson([sky(seen, x).visible for x in t], x=t))
