@@ -17,7 +17,7 @@ GROUPS = {
 """Names under which several areas are solved."""
 AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic")
 MODULES = {
-    "heat": ("heat", "manufactured", "exchange", "environment", "shock"),
+    "heat": ("heat", "manufactured", "exchange", "environment", "shock", "thermoelastic_heat"),
     "contact": ("restitution", "impacts", "play", "friction", "slider_crank"),
 }
 """Modules of the areas that are not one of the same name."""
