@@ -14,7 +14,7 @@ from meshes.materials import Material, constant, polynomial
 from meshes.solids import box
 from thermal import multigrid, petsc
 from thermal.compressed import Compressed
-from thermal.description import Description, Fixed, Flux, Place, Radiation, Settings, Solid
+from thermal.description import Description, Film, Fixed, Flux, Place, Radiation, Settings, Solid
 from thermal.linear import Direct, linear_solver
 from thermal.multigrid import Multigrid
 from thermal.petsc import Petsc
@@ -185,6 +185,26 @@ def test_one_hierarchy_serves_steps_of_many_sizes():
         T, _, why = solver.advance(T, 0.0, 2.0 + 0.5 * i, np.zeros_like(T))
         assert why == ""
     assert len(solver.linear.built) == 1
+
+
+def test_a_tangent_serves_further_steps_until_conditions_change():
+    """Then it is given up, and the step is that of a solver without a past."""
+    film = Film("film", "box", lambda t: 5.0 if t <= 40.0 else 5e5, lambda t: 300.0, "x1")
+    solid = Solid("box", box((0.1, 0.1, 0.1), (14, 14, 14)), {"": varying()}, 400.0)
+    settings = Settings(scheme="backward-euler", steps=1, linear="multigrid")
+    description = Description(solids=(solid,), conditions=(film,))
+    solver, other = (build("solid", description, settings) for _ in range(2))
+    T, built = solver.initial(), []
+    for i in range(4):
+        T, _, why = solver.advance(T, 10.0 * i, 10.0, np.zeros_like(T))
+        assert why == ""
+        built += solver.kept.values()
+    assert built[-1] is built[-2]
+    after, flows, why = solver.advance(T, 40.0, 10.0, np.zeros_like(T))
+    assert why == ""
+    exact, _, _ = other.advance(T, 40.0, 10.0, np.zeros_like(T))
+    assert np.abs(after - exact).max() < 1e-5
+    assert abs(solver.energy(after) - solver.energy(T) - flows["film"]) < 1e-8 * abs(flows["film"])
 
 
 def test_thin_cells_are_given_to_classical_multigrid():

@@ -59,6 +59,7 @@ class Heat:
             settings.linear, len(self.x), self.free, np.concatenate(rows), np.concatenate(columns)
         )
         self._temperatures = [nodes for nodes in self.regions.values() if len(nodes)]
+        self.kept: dict[float, Callable[[Array], Array]] = {}
         self.taken = 0
 
     def initial(self) -> Array:
@@ -142,6 +143,10 @@ class _Within(NamedTuple):
     @property
     def refresh(self) -> float:
         return self.solver.linear.refresh
+
+    @property
+    def kept(self) -> dict[float, Callable[[Array], Array]]:
+        return self.solver.kept
 
     @property
     def trouble(self) -> str:

@@ -46,8 +46,8 @@ class Multigrid:
     fallen_back : bool  multigrid did not converge; systems are solved directly
     """
 
-    accuracy = 1e-8
-    refresh = 0.02
+    accuracy = 5e-10
+    refresh = 0.1
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:
         self._rows = Compressed(n, free, rows, columns)
@@ -108,7 +108,7 @@ def balanced(x: Array, r: Array, sums: Array) -> Array:
     total = float(sums.sum())
     left = float(r.sum()) - float(np.einsum("i,i", sums, x))
     shift = left / total if total > 0.0 else 0.0
-    return x + shift if abs(shift) <= REDUCTION * np.abs(x).max(initial=0.0) else x
+    return x + shift if abs(shift) <= ENOUGH * np.abs(x).max(initial=0.0) else x
 
 
 class _Basis(NamedTuple):

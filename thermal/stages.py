@@ -19,6 +19,9 @@ Solve = Callable[[Array], Array]
 ITERATIONS = 20
 ROUND_OFF = 3e-16  # change of temperature, relative, at which Newton's method has ended
 FLOOR = 1e-10  # below it a change that no longer shrinks is round-off too
+ASTRAY = 0.3  # contraction from which a tangent of an earlier stage has led nowhere
+LASTING = 0.015  # contraction up to which a tangent serves the next stage too
+BALANCE = 2e-9  # of the heat exchanged, that may be missing where Newton ends before round-off
 
 
 class System(Protocol):
@@ -31,12 +34,17 @@ class System(Protocol):
 
     @property
     def accuracy(self) -> float:
-        """Relative change of temperature that may be the last; 0: Newton ends at round-off."""
+        """Relative error of temperature that may be left; 0: Newton ends at round-off."""
         ...
 
     @property
     def refresh(self) -> float:
         """A slower contraction of Newton's method asks for a new tangent."""
+        ...
+
+    @property
+    def kept(self) -> dict[float, Solve]:
+        """Solvers of an earlier stage by tau, where stages need not end at round-off."""
         ...
 
     @property
@@ -132,13 +140,23 @@ def stage(
     solve: Solve | None,
 ) -> Stage:
     """Solve E(T) = base + tau F(T, t) by Newton's method; the tangent is kept while it serves."""
-    T = _imposed(system, guess, t)
-    previous, contraction, worst = inf, 0.0, 0
+    T = first = _imposed(system, guess, t)
+    solve = solve or system.kept.get(tau)
+    previous, contraction, worst, left = inf, 0.0, 0, inf
     for _ in range(ITERATIONS):
         point = evaluate(system, T, t, source)
-        residual = (point.heat - base - tau * point.power)[system.free]
-        if not np.isfinite(residual).all():
+        defect = point.heat - base - tau * point.power
+        residual = defect[system.free]
+        sound = bool(np.isfinite(residual).all())
+        astray = solve is not None and not (sound and contraction <= ASTRAY)
+        if astray and solve is system.kept.pop(tau, None):  # conditions have changed since
+            T, solve, previous, contraction, left = first, None, inf, 0.0, inf
+            continue
+        if not sound:
             break
+        if left <= system.accuracy and _balanced(point, defect, residual, tau, source):
+            _keep(system, tau, solve, contraction)
+            return Stage(point, solve, fault(system, point, t))
         if solve is None or contraction > system.refresh:
             solve = system.factorise(T, t, tau)
         change = solve(residual)
@@ -148,19 +166,34 @@ def stage(
         worst = int(np.abs(change).argmax())
         T = T.copy()
         T[system.free] -= change
-        if size <= system.accuracy:
-            point = evaluate(system, T, t, source)
-            return Stage(point, solve, fault(system, point, t))
         contraction, previous = size / previous, size
+        left = size * (contraction or 1.0)
     owner = system.owner(int(system.free[worst])) if len(system.free) else "a boundary"
     did_not = f"the heat balance of {owner} did not converge"
     why = system.senseless(t) or system.trouble or did_not
     return Stage(point, None, f"t = {t:g} s: {why}")
 
 
+def _keep(system: System, tau: float, solve: Solve | None, contraction: float) -> None:
+    """For the next stage, if the tangent has served well."""
+    system.kept.clear()
+    if solve is not None and contraction <= LASTING:
+        system.kept[tau] = solve
+
+
+def _balanced(point: Point, defect: Array, residual: Array, tau: float, source: Array) -> bool:
+    """Whether the heat of all temperatures together is in balance with what is exchanged."""
+    held = np.abs(defect).sum() - np.abs(residual).sum()
+    exchanged = held + tau * (np.abs(point.flows).sum() + np.abs(source).sum())
+    allowed = BALANCE * exchanged + ROUND_OFF * np.abs(point.heat).sum()
+    return bool(abs(residual.sum()) <= allowed)
+
+
 def start(system: System, T: Array, t: float, source: Array) -> Point:
     """The heat stored in ``T``, but powers with the given temperatures of ``t`` in their place."""
-    return evaluate(system, _imposed(system, T, t), t, source)._replace(heat=system.heat(T))
+    imposed = _imposed(system, T, t)
+    power, flows = system.power(imposed, t)
+    return Point(imposed, system.heat(T), power + source, flows)
 
 
 def _imposed(system: System, T: Array, t: float) -> Array:
