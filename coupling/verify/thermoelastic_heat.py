@@ -410,7 +410,7 @@ def partition() -> list[Check]:
     checks = []
     for solver in LINES:
         pair = [
-            suited(solver, bar(0.02, 200, 300.0, material=m, name=n))
+            suited(solver, bar(0.012, 120, 300.0, material=m, name=n))
             for n, m in (("al", ALUMINIUM), ("steel", STEEL))
         ]
         touch = Link("touch", Place("al", "start"), Place("steel", "start"), 1e5)
