@@ -157,9 +157,13 @@ def _profiles(s: Array, y: Array, z: Array, shares: Array) -> tuple[Array, Array
 
 
 def _fit(y: Array, z: Array, shares: Array) -> Array:
-    """(3, k) weighted least-squares map from k temperatures to the mean and the two gradients."""
+    """(3, k) weighted least-squares map from k temperatures to the mean and the two gradients.
+
+    Corners of quadratic elements have negative shares and are left out.
+    """
     size = max(np.abs(y).max(), np.abs(z).max())
-    weights = shares / shares.sum() if np.all(shares > 0.0) else np.full(len(y), 1.0 / len(y))
+    weights = np.maximum(shares, 0.0)
+    weights = weights / weights.sum() if weights.any() else np.full(len(y), 1.0 / len(y))
     if len(y) < 3 or size == 0.0:
         fit = np.zeros((3, len(y)))
         fit[0] = weights
