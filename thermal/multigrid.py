@@ -46,7 +46,7 @@ class Multigrid:
     fallen_back : bool  multigrid did not converge; systems are solved directly
     """
 
-    accuracy = 5e-10
+    accuracy = 1e-10
     refresh = 0.1
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:

@@ -10,6 +10,8 @@ from numba import njit
 
 BATCH = 32
 
+UNROLLED = 20  # nodes of a cell up to which the compiler unrolls loops over them
+
 FUSED = {"contract"}
 """What the compiler may do to sums: multiply and add at once."""
 
@@ -78,8 +80,16 @@ def _receive(n, w, s, q):  # pragma: no cover
         f = k * (w[m, b] * x + w[m + 5, b] * y + w[m + 4, b] * z)
         g = k * (w[m + 5, b] * x + w[m + 1, b] * y + w[m + 3, b] * z)
         h = k * (w[m + 4, b] * x + w[m + 3, b] * y + w[m + 2, b] * z)
+        if n <= UNROLLED:
+            for a in range(1, n):
+                w[a, b] += s[q + 3 * a] * f + s[q + 3 * a + 1] * g + s[q + 3 * a + 2] * h
+        else:
+            w[m, b], w[m + 1, b], w[m + 2, b] = f, g, h
+    if n > UNROLLED:
         for a in range(1, n):
-            w[a, b] += s[q + 3 * a] * f + s[q + 3 * a + 1] * g + s[q + 3 * a + 2] * h
+            x, y, z = s[q + 3 * a], s[q + 3 * a + 1], s[q + 3 * a + 2]
+            for b in range(BATCH):
+                w[a, b] += x * w[m, b] + y * w[m + 1, b] + z * w[m + 2, b]
 
 
 @njit(inline="always")
