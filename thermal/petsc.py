@@ -45,7 +45,7 @@ class Petsc:
     iterations : int  of the last solve
     """
 
-    accuracy = 1e-8
+    accuracy = 1e-10
     refresh = 0.02
 
     def __init__(self, n: int, free: Indices, rows: Indices, columns: Indices) -> None:
