@@ -2,8 +2,9 @@
 
 Smoothed aggregation (Vaněk, Mandel & Brezina 1996), whose near-null space is the constant
 temperature, serves cells of like sides; classical multigrid (Ruge & Stüben 1987) serves thin ones;
-both are PyAMG's. The second is taken where the first is slow. The hierarchy is kept over
-iterations, steps and step sizes until it has cost as many iterations as a new one is worth.
+both are PyAMG's, their cycles compiled here. The second is taken where the first is slow. The
+hierarchy is kept over iterations, steps and step sizes until it has cost as many iterations as a
+new one is worth.
 
 GMRES minimises the preconditioned residual, which is an error in kelvin at every node, be its heat
 capacity large or small; it takes the tangent as it is, which k(T) makes slightly unsymmetric.
