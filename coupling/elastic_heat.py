@@ -86,6 +86,10 @@ def _body(scene: Scene, heat_solver: Any, name: str) -> _Body:
             "thermal.elastic: this thermal solver does not say which volume a temperature has; "
             "use line, hermite, wall, solid or lumped"
         )
+    if (heat_solver.space.place(Place(name)).weights < 0.0).any():
+        raise ValueError(
+            "thermal.elastic: corners of quadratic cells in 3D have negative volumes; use order = 1"
+        )
     table = line_bodies(scene)[name]
     points, axes, section, material = line_of(scene, name, table)
     mean = heat_solver.space.place(Place(name))

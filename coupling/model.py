@@ -351,7 +351,8 @@ def _shares(scene: Scene, heat_solver: Any) -> dict[str, Array]:
     for name, place in places.items():
         mean, shares = heat_solver.space.place(place), np.zeros(len(heat_solver.x))
         np.add.at(shares, mean.nodes, mean.weights)
-        found[name] = shares[heat_solver.regions[name]]
+        if (shares >= 0.0).all():  # corners of quadratic cells have negative volumes
+            found[name] = shares[heat_solver.regions[name]]
     return found
 
 

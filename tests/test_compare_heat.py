@@ -106,13 +106,12 @@ def test_sections_of_a_sunlit_tube_agree(case):
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="ccx is not installed")
-def test_calculix_comes_to_the_same_sunlit_tube_with_the_square_of_its_cells(case):
-    errors = []
-    for n in (8, 16):
-        scene = case(CASE + SPACE + SUN, f"thermal.wall_points={n}", "thermal.tolerance=1e-4")
-        rows = by_name(compare(scene, ["calculix"]))
-        errors.append(rows["calculix"].difference.gradient)
-    assert errors[1] < 0.35 * errors[0]
+def test_calculix_comes_to_the_same_sunlit_tube(case):
+    """With 24 cells round, whose chords stand off by 0.3 % of the radius."""
+    rows = by_name(compare(case(CASE + SPACE + SUN, "thermal.tolerance=1e-4"), ["calculix"]))
+    steepest = max(float(np.abs(r.run.sections[..., 1:]).max()) for r in rows.values())
+    assert rows["calculix"].difference.gradient < 0.01 * steepest
+    assert rows["calculix"].difference.gradient > 0.0
 
 
 def test_the_reference_can_be_named(case):

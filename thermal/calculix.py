@@ -47,6 +47,7 @@ Array = NDArray[np.float64]
 
 PROGRAM = "THERMOBODY_CCX"
 """Environment variable that names the program, if it is not the ccx of the search path."""
+PATIENCE = 3600.0  # [s] for one window
 SAMPLES = 33  # times at which histories are taken within a window of increments of CalculiX's own
 BEND = 100.0  # [K] scale on which a temperature bends: relates change and error of an increment
 
@@ -249,9 +250,12 @@ def _executed(program: str, job: Path) -> tuple[str, int]:
             text=True,
             errors="replace",
             check=False,
+            timeout=PATIENCE,
         )
     except OSError as error:
         return str(error), 1
+    except subprocess.TimeoutExpired:
+        return f"it was still at work after {PATIENCE:g} s", 1
     return done.stdout + done.stderr, done.returncode
 
 
