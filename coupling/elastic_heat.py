@@ -86,7 +86,8 @@ def _body(scene: Scene, heat_solver: Any, name: str) -> _Body:
             "thermal.elastic: this thermal solver does not say which volume a temperature has; "
             "use line, hermite, wall, solid or lumped"
         )
-    if (heat_solver.space.place(Place(name)).weights < 0.0).any():
+    assert scene.thermal is not None
+    if (scene.thermal.solver, scene.thermal.order) == ("solid", 2):
         raise ValueError(
             "thermal.elastic: corners of quadratic cells in 3D have negative volumes; use order = 1"
         )

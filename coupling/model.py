@@ -351,8 +351,9 @@ def _shares(scene: Scene, heat_solver: Any) -> dict[str, Array]:
     for name, place in places.items():
         mean, shares = heat_solver.space.place(place), np.zeros(len(heat_solver.x))
         np.add.at(shares, mean.nodes, mean.weights)
-        if (shares >= 0.0).all():  # corners of quadratic cells have negative volumes
-            found[name] = shares[heat_solver.regions[name]]
+        own = shares[heat_solver.regions[name]]
+        if (own > 0.0).all():  # corners of quadratic cells have negative volumes
+            found[name] = own
     return found
 
 

@@ -166,3 +166,13 @@ def test_prescribed_heat_does_not_take_heat_of_deformation(tmp_path):
     result = CliRunner().invoke(app, ["check", str(tmp_path)])
     assert result.exit_code == 2
     assert "thermal.elastic" in result.output
+
+
+def test_quadratic_cells_do_not_take_heat_of_deformation(tmp_path):
+    from coupling.cli import app
+
+    text = ROD.replace("[thermal]\n", '[thermal]\nsolver = "solid"\norder = 2\n')
+    (tmp_path / "case.toml").write_text(text)
+    result = CliRunner().invoke(app, ["check", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "thermal.elastic: corners of quadratic cells" in result.output

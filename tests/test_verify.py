@@ -19,11 +19,18 @@ from coupling.verify.registry import (
     problems,
 )
 
-SLOW = {  # more than 5 s
+SLOW = {  # more than 5 s, some of them by CalculiX
     "dynamics: flying spaghetti",
     "contact: energy over ten thousand impacts",
     "contact: restitution, each law at 1 mm/s to 10 m/s",
     "contact: slider-crank with a loose slider",
+    "heat: semi-infinite aluminium, flux",
+    "heat: semi-infinite aluminium, step",
+    "heat: slab cooled by convection, Bi = 1",
+    "heat: 1 mm aluminium plate radiates",
+    "heat: NAFEMS T2, radiating end",
+    "heat: NAFEMS T3, transient conduction",
+    "heat: shocks with steps by tolerance",
 }
 
 
