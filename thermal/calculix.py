@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 
 PROGRAM = "THERMOBODY_CCX"
 """Environment variable that names the program, if it is not the ccx of the search path."""
-PATIENCE = 3600.0  # [s] for one window
+PATIENCE = 3600.0  # [s] with one window, unless a solver has less
 SAMPLES = 33  # times at which histories are taken within a window of increments of CalculiX's own
 BEND = 100.0  # [K] scale on which a temperature bends: relates change and error of an increment
 
@@ -68,6 +68,7 @@ class CalculixHeat:
     Attributes
     ----------
     taken : int  increments of the last window
+    patience : float [s]  time that CalculiX has for a window
     exact : bool  whether the last temperatures were read in all digits; otherwise 7 were printed
     """
 
@@ -95,7 +96,7 @@ class CalculixHeat:
             for e in assembled.model.elements
             for t in (e.substance.heat_capacity, *e.substance.conductivities)
         )
-        self.taken, self.exact = 0, False
+        self.taken, self.exact, self.patience = 0, False, PATIENCE
 
     def initial(self) -> Array:
         """(n,) [K]"""
@@ -154,7 +155,7 @@ class CalculixHeat:
         with TemporaryDirectory(prefix="thermobody-ccx-") as folder:
             job = Path(folder) / "heat"
             job.with_suffix(".inp").write_text("\n".join(deck))
-            said, code = _executed(self._program, job)
+            said, code = _executed(self._program, job, self.patience)
             try:
                 if code:
                     raise ValueError(f"it ended with code {code}")
@@ -238,7 +239,7 @@ def _space(d: Description, settings: Settings) -> Discretisation:
     return compose(d, [(solid_space(settings), bodies), (LumpSpace, lumps)])
 
 
-def _executed(program: str, job: Path) -> tuple[str, int]:
+def _executed(program: str, job: Path, patience: float) -> tuple[str, int]:
     """What it said and its exit code; on one thread, as sums over threads vary."""
     threads = {"OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1"}
     try:
@@ -250,12 +251,12 @@ def _executed(program: str, job: Path) -> tuple[str, int]:
             text=True,
             errors="replace",
             check=False,
-            timeout=PATIENCE,
+            timeout=patience,
         )
     except OSError as error:
         return str(error), 1
     except subprocess.TimeoutExpired:
-        return f"it was still at work after {PATIENCE:g} s", 1
+        return f"it was still at work after {patience:g} s", 1
     return done.stdout + done.stderr, done.returncode
 
 
