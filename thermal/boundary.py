@@ -34,6 +34,7 @@ from thermal.discretisation import (
     merged,
     weighted,
 )
+from thermal.pattern import block_entries
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -97,7 +98,7 @@ class Pointwise:
         return (total,)
 
     def entries(self) -> tuple[Indices, Indices]:
-        return _pairs([block.dofs for block in self.face])
+        return block_entries([block.dofs for block in self.face])
 
     def slopes(self, T: Array, at: Moment) -> Array:
         return np.concatenate(
@@ -165,7 +166,7 @@ class Bridge:
         return (power,) if self.b is None else ()
 
     def entries(self) -> tuple[Indices, Indices]:
-        return _pairs([self.nodes[None]])
+        return block_entries([self.nodes[None]])
 
     def slopes(self, T: Array, at: Moment) -> Array:
         by_a, by_b = self._slopes(*self._ends(T, at), at)
@@ -323,13 +324,6 @@ def _shares(mean: Mean, n: int) -> Array:
 def _bridge(link: Link, space: Discretisation) -> Bridge:
     other = space.place(link.b) if isinstance(link.b, Place) else None
     return Bridge(link, space.place(link.a), other)
-
-
-def _pairs(dofs: Sequence[Indices]) -> tuple[Indices, Indices]:
-    """Rows and columns of blocks (g, k, k) on ``dofs`` (g, k), one after the other."""
-    rows = [np.broadcast_to(d[:, :, None], (*d.shape, d.shape[1])).ravel() for d in dofs]
-    columns = [np.broadcast_to(d[:, None, :], (*d.shape, d.shape[1])).ravel() for d in dofs]
-    return np.concatenate([NONE, *rows]), np.concatenate([NONE, *columns])
 
 
 def _slopes(block: Block, slope: Array) -> Array:

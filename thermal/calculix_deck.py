@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.materials import Property
+from thermal.boundary import STEFAN_BOLTZMANN
 from thermal.discretisation import Mean
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-STEFAN_BOLTZMANN = 5.670374419e-8  # [W/(m^2 K^4)]  CODATA 2018
 COLDEST, HOTTEST = 1.0, 3000.0  # [K] of tables of properties that have no range of their own
 SPACING = 2.5e-3  # of the temperature, between entries of a table of what is curved
 RESIDUAL = 1e-8  # of the mean flux, and of the change of temperature, at which an increment ends
