@@ -42,6 +42,13 @@ def parse(settings: Iterable[str]) -> list[Override]:
     return overrides
 
 
+def override(path: str, value: Any) -> Override:
+    """One override. Raises ValueError where the path is none."""
+    if not _PATH.fullmatch(path):
+        raise ValueError("expected a path such as integrator.tolerance or load.push.direction[0]")
+    return Override(f"{path}={literal(value)}", path, _steps(path), value)
+
+
 def _steps(path: str) -> tuple[str | int, ...]:
     steps = _STEP.findall(path)
     return tuple(int(step[1:-1]) if step.startswith("[") else step for step in steps)
@@ -99,7 +106,7 @@ def toml(case: Mapping[str, Any]) -> str:
 def _table(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
     """Lines of a table: its own entries first, then the tables within."""
     plain = {k: v for k, v in table.items() if not _is_section(v, path)}
-    lines = [f"{_key(k)} = {_literal(v)}" for k, v in plain.items()]
+    lines = [f"{_key(k)} = {literal(v)}" for k, v in plain.items()]
     if path and (lines or not table):
         lines = ["", f"[{'.'.join(map(_key, path))}]", *lines]
     for key, value in table.items():
@@ -115,14 +122,15 @@ def _is_section(value: Any, path: tuple[str, ...]) -> bool:
 
 
 def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _literal(key)
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else literal(key)
 
 
-def _literal(value: Any) -> str:
+def literal(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(k)} = {_literal(v)}" for k, v in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(k)} = {literal(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_literal, value)) + "]"
+        return "[" + ", ".join(map(literal, value)) + "]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -14,6 +14,7 @@ from coupling.joint_references import check_joints
 from coupling.load_tables import TractionLoad
 from coupling.materials_used import check_ranges, material_problem
 from coupling.places import edge_nodes, shape_of
+from coupling.report_references import check_reports
 from coupling.site_references import check_site, turning_problem
 from coupling.site_tables import GROUND, Site
 
@@ -21,7 +22,13 @@ from coupling.site_tables import GROUND, Site
 def check(draft: Draft) -> list[Problem]:
     """Everything in which the tables of ``draft`` do not fit; fills in ``draft.shapes``."""
     found = [*_bodies(draft), *_shapes(draft), *check_joints(draft), *_loads(draft)]
-    return [*found, *_probes(draft), *check_heat(draft), *check_ranges(draft)]
+    return [
+        *found,
+        *_probes(draft),
+        *check_heat(draft),
+        *check_ranges(draft),
+        *check_reports(draft),
+    ]
 
 
 def _bodies(draft: Draft) -> Iterator[Problem]:

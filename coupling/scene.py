@@ -18,6 +18,8 @@ from coupling.generate_tables import RingTruss
 from coupling.heat_tables import MaterialTable, Thermal
 from coupling.joint_tables import Joint
 from coupling.load_tables import Gravity, Load
+from coupling.mechanics_tables import MechanicsTable
+from coupling.report_tables import ReportTable
 from coupling.section_tables import Section
 from coupling.site_tables import Place
 
@@ -202,6 +204,7 @@ class Scene(BaseModel):
     integrator: Integrator = Field(default_factory=Integrator)
     analysis: Analysis = Field(default_factory=Analysis)
     damping: Damping | None = None
+    mechanics: MechanicsTable = Field(default_factory=MechanicsTable)
     generate: dict[str, RingTruss] = Field(default_factory=dict)
     material: dict[str, MaterialTable] = Field(default_factory=dict)
     section: dict[str, Annotated[Section, Field(discriminator="kind")]] = Field(
@@ -214,6 +217,7 @@ class Scene(BaseModel):
     thermal: Thermal | None = None
     probe: dict[str, Probe] = Field(default_factory=dict)
     output: Output = Field(default_factory=Output)
+    report: dict[str, ReportTable] = Field(default_factory=dict)
     shapes: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)
     folder: SkipJsonSchema[Path] = Path()
     text: SkipJsonSchema[str] = ""

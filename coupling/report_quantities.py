@@ -1,0 +1,220 @@
+"""Quantities that reports compare: what they may be, their units, and how they are read.
+
+``probe.tip.z`` is read from the state at the end of each window, ``contact.hinge.impacts`` counts
+what happened up to then. Arrays in, arrays out: a quantity is a (k,) array at each time.
+"""
+
+import re
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.draft import Draft
+from coupling.errors import unknown
+from coupling.report_tables import Sought
+
+Array = NDArray[np.float64]
+
+PROBE = {
+    **{axis: ("position", k, "m") for k, axis in enumerate("xyz")},
+    **{f"v{axis}": ("velocity", k, "m/s") for k, axis in enumerate("xyz")},
+    **{f"a{axis}": ("acceleration", k, "m/s^2") for k, axis in enumerate("xyz")},
+    "position": ("position", None, "m"),
+    "velocity": ("velocity", None, "m/s"),
+    "acceleration": ("acceleration", None, "m/s^2"),
+    "temperature": ("temperature", None, "K"),
+}
+"""Column of the probes, component and unit."""
+BODY = {"mean": "K", "gradient": "K/m"}
+HEAT = ("max", "min", "mean")
+LEDGER = (
+    "energy", "kinetic", "strain", "contact_elastic", "work_loads", "work_drive", "work_thermal",
+    "friction", "hysteresis", "damping", "numerical", "defect", "heat_stored", "heat_exchanged",
+    "heat_of_deformation",
+)  # fmt: skip
+CONTACT = {"peak_force": "N", "impacts": "", "friction_work": "J", "hysteresis": "J"}
+FORMS = {
+    "probe": "probe.NAME.z",
+    "body": "body.NAME.mean",
+    "part": "part.NAME.temperature",
+    "heat": "heat.max",
+    "ledger": "ledger.friction",
+    "contact": "contact.NAME.peak_force",
+    "mode": "mode.1.frequency",
+    "load_factor": "load_factor",
+}
+"""An example of each kind."""
+
+
+class Moment(NamedTuple):
+    """What quantities are read from.
+
+    motion : has t, q and v;  sections : (m, 3) float [K, K/m, K/m]  temperatures of sections
+    T : (n,) float [K]  nodal temperatures;  ledger : () -> energies and works [J]
+    contacts : name -> what each contact did so far
+    """
+
+    motion: Any
+    sections: Array
+    T: Array
+    ledger: Any
+    contacts: dict[str, dict[str, float]]
+
+
+# ---------------------------------------------------------------------------------- checking
+
+
+def problem_of(draft: Draft, sought: Sought) -> str:
+    """Why a quantity is not there; "" if it is."""
+    kind, *rest = sought.of.split(".")
+    known = f"; known here: {', '.join(FORMS.values())}"
+    if kind not in FORMS:
+        return f"there is no quantity '{sought.of}'{known}"
+    if len(rest) < FORMS[kind].count("."):
+        return f"'{sought.of}' says too little; expected one such as {FORMS[kind]}"
+    return _PROBLEMS[kind](draft, rest) or _analysis_problem(draft, kind)
+
+
+def _analysis_problem(draft: Draft, kind: str) -> str:
+    table = draft.valid.get(("analysis",))
+    analysis = "dynamics" if table is None else table.kind
+    of_one = {"contact": "dynamics", "heat": "dynamics", "part": "dynamics", "ledger": "dynamics",
+              "mode": "modes", "load_factor": "statics"}  # fmt: skip
+    wanted = of_one.get(kind, analysis)
+    return f"belongs to {wanted}, and the analysis is {analysis}" if wanted != analysis else ""
+
+
+def _of(what: str, names: Iterable[str], rest: list[str], keys: Iterable[str]) -> str:
+    """A name, which may contain dots, and a key."""
+    name, key = ".".join(rest[:-1]), rest[-1]
+    if name not in names:
+        return unknown(what, name, names)
+    return "" if key in keys else unknown(f"quantity of a {what}", key, keys)
+
+
+def _probe(draft: Draft, rest: list[str]) -> str:
+    text = _of("probe", draft.names("probe"), rest, PROBE)
+    if not text and rest[-1] == "temperature" and "thermal" not in draft.raw:
+        return "the scene has no heat"
+    return text
+
+
+def _body(draft: Draft, rest: list[str]) -> str:
+    text = _of("body", draft.names("body"), rest, BODY)
+    body = draft.named("body").get(".".join(rest[:-1]))
+    if not text and body is not None and body.kind in ("rigid", "particle"):
+        return f"'{rest[0]}' is a {body.kind}: it has no temperature"
+    return text
+
+
+def _part(draft: Draft, rest: list[str]) -> str:
+    names = [*draft.names("thermal", "part"), *draft.names("thermal", "solid")]
+    return _of("part", names, rest, ["temperature"])
+
+
+def _heat(draft: Draft, rest: list[str]) -> str:
+    if "thermal" not in draft.raw:
+        return "the scene has no heat"
+    return "" if rest[0] in HEAT else unknown("quantity of the heat", rest[0], HEAT)
+
+
+def _ledger(draft: Draft, rest: list[str]) -> str:
+    name = ".".join(rest)
+    if name in LEDGER or name.startswith("heat_"):
+        return ""
+    return unknown("term of the ledger", name, LEDGER)
+
+
+def _contact(draft: Draft, rest: list[str]) -> str:
+    joints = {n for n, j in draft.named("joint").items() if hasattr(j, "clearance")}
+    joint = next((n for n in joints if ".".join(rest[:-1]).startswith(n)), rest[0])
+    return _of("joint with clearance", joints, [joint, rest[-1]], CONTACT)
+
+
+def _mode(draft: Draft, rest: list[str]) -> str:
+    good = re.fullmatch(r"[1-9]\d*", rest[0]) and rest[1:] == ["frequency"]
+    return "" if good else "expected mode.NUMBER.frequency, such as mode.1.frequency"
+
+
+def _load_factor(draft: Draft, rest: list[str]) -> str:
+    return f"'load_factor' has no '{rest[0]}'" if rest else ""
+
+
+_PROBLEMS = {
+    "probe": _probe, "body": _body, "part": _part, "heat": _heat, "ledger": _ledger,
+    "contact": _contact, "mode": _mode, "load_factor": _load_factor,
+}  # fmt: skip
+
+
+def unit_of(of: str) -> str:
+    """SI unit of a quantity."""
+    kind, *rest = of.split(".")
+    own = {"probe": {key: unit for key, (*_, unit) in PROBE.items()}, "body": BODY,
+           "contact": CONTACT}.get(kind)  # fmt: skip
+    if own is not None:
+        return own[rest[-1]]
+    return {"part": "K", "heat": "K", "ledger": "J", "mode": "Hz"}.get(kind, "")
+
+
+def needs_contacts(sought: Iterable[Sought]) -> bool:
+    """Whether the steps within the windows have to be watched."""
+    return any(one.of.startswith("contact.") for one in sought)
+
+
+# ----------------------------------------------------------------------------------- reading
+
+
+def read(model: Any, of: str, at: Moment) -> Array:
+    """(k,) float  of a quantity, at one moment of a run of a model. KeyError: it is not there."""
+    kind, *rest = of.split(".")
+    name, key = ".".join(rest[:-1]), rest[-1] if rest else ""
+    match kind:
+        case "probe":
+            return _at_probe(model, name, key, at)
+        case "body":
+            sections = at.sections[model.layout.point_index[name]]
+            steep = np.linalg.norm(sections[:, 1:], axis=1).max()
+            return np.atleast_1d(_average(model, name, sections[:, 0]) if key == "mean" else steep)
+        case "part":
+            return np.atleast_1d(at.T[model.pair.heat_solver.regions[name]].mean())
+        case "heat":
+            return np.atleast_1d(getattr(at.T, key)())
+        case "ledger":
+            return np.atleast_1d(_from_ledger(at.ledger(), ".".join(rest)))
+        case "contact":
+            return np.atleast_1d(_of_contacts(at.contacts, name, key))
+    return np.atleast_1d(float(at.motion.t))
+
+
+def _at_probe(model: Any, name: str, key: str, at: Moment) -> Array:
+    from coupling import observables
+
+    column, component, _ = PROBE[key]
+    row = observables.probes(model.scene, model.layout, at.motion, at.sections)[name]
+    value = np.atleast_1d(np.asarray(row[column], dtype=float))
+    return value if component is None else value[component : component + 1]
+
+
+def _average(model: Any, name: str, T: Array) -> float:
+    """Over the length of a member; over the nodes of a shell."""
+    points = model.scene.points[name]
+    if len(points) != len(T) or model.scene.body[name].kind not in ("beam", "cable"):
+        return float(T.mean())
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return float(np.trapezoid(T, along) / along[-1])
+
+
+def _from_ledger(ledger: dict[str, float], name: str) -> float:
+    if name == "energy":
+        return ledger["kinetic"] + ledger["strain"] + ledger["contact_elastic"]
+    return ledger[name]
+
+
+def _of_contacts(contacts: dict[str, dict[str, float]], name: str, key: str) -> float:
+    """Of a contact, or of all of a joint: the largest force, and the sum of what adds up."""
+    of_it = [row[key] for n, row in contacts.items() if n == name or n.startswith(f"{name}.")]
+    if not of_it:
+        raise KeyError(name)
+    return max(of_it) if key == "peak_force" else sum(of_it)
