@@ -118,7 +118,7 @@ def series(values: Array) -> Series:
 
 def model_text(model: Model) -> str:
     """Nodes, elements, materials, ties."""
-    lines = ["*NODE,NSET=NALL", *_rows(np.arange(1, len(model.x) + 1), model.x)]
+    lines = ["*NODE,NSET=NALL", *rows(np.arange(1, len(model.x) + 1), model.x)]
     first = 1
     for i, elements in enumerate(model.elements):
         lines += _elements(i, first, elements)
@@ -148,7 +148,8 @@ def _mark(i: int) -> str:
     return f"** material {i} of this window"
 
 
-def _rows(numbers: Indices, values: Array) -> Iterator[str]:
+def rows(numbers: Indices, values: Array) -> Iterator[str]:
+    """Lines of a number and its values."""
     for number, row in zip(numbers.tolist(), values.tolist(), strict=True):
         yield f"{number}," + ",".join(f"{v:.{DIGITS}e}" for v in row)
 
@@ -156,7 +157,7 @@ def _rows(numbers: Indices, values: Array) -> Iterator[str]:
 def _elements(i: int, first: int, elements: Elements) -> list[str]:
     lines = [f"*ELEMENT,TYPE={elements.kind},ELSET=E{i}"]
     for number, nodes in enumerate((elements.nodes + 1).tolist(), first):
-        lines += _wrapped([number, *nodes], 15)
+        lines += wrapped([number, *nodes], 15)
     lines += [_mark(i)] if elements.factor else _material(f"M{i}", elements.substance)
     if elements.axes is None:
         return [*lines, f"*SOLID SECTION,ELSET=E{i},MATERIAL=M{i}"]
@@ -172,12 +173,12 @@ def _oriented(i: int, first: int, axes: Array) -> list[str]:
         lines += [f"*ORIENTATION,NAME=O{name},SYSTEM=RECTANGULAR"]
         lines += [",".join(f"{v:.{DIGITS}e}" for v in [*along, *around])]
         members = first + np.flatnonzero(which.ravel() == j)
-        lines += [f"*ELSET,ELSET=E{name}", *_wrapped(members.tolist(), 15, last=True)]
+        lines += [f"*ELSET,ELSET=E{name}", *wrapped(members.tolist(), 15, last=True)]
         lines += [f"*SOLID SECTION,ELSET=E{name},MATERIAL=M{i},ORIENTATION=O{name}"]
     return lines
 
 
-def _wrapped(numbers: Sequence[int], width: int, last: bool = False) -> list[str]:
+def wrapped(numbers: Sequence[int], width: int, last: bool = False) -> list[str]:
     """Numbers in lines; but for the last one, each ends in a comma that continues it."""
     pieces = [numbers[i : i + width] for i in range(0, len(numbers), width)]
     lines = [",".join(map(str, piece)) + "," for piece in pieces]
@@ -186,12 +187,12 @@ def _wrapped(numbers: Sequence[int], width: int, last: bool = False) -> list[str
 
 def _material(name: str, s: Substance) -> list[str]:
     lines = [f"*MATERIAL,NAME={name}", "*DENSITY", f"{s.density:.{DIGITS}e}"]
-    lines += ["*SPECIFIC HEAT", *_tabled((s.heat_capacity,))]
+    lines += ["*SPECIFIC HEAT", *tabled((s.heat_capacity,))]
     kind = "ISO" if len(s.conductivities) == 1 else "ORTHO"
-    return [*lines, f"*CONDUCTIVITY,TYPE={kind}", *_tabled(s.conductivities)]
+    return [*lines, f"*CONDUCTIVITY,TYPE={kind}", *tabled(s.conductivities)]
 
 
-def _tabled(tables: Sequence[Table]) -> list[str]:
+def tabled(tables: Sequence[Table]) -> list[str]:
     """Properties side by side at all temperatures of any of them."""
     T = np.unique(np.concatenate([t.temperatures for t in tables]))
     columns = [np.interp(T, t.temperatures, t.values) for t in tables]
@@ -213,7 +214,7 @@ def _equation(node: int, mean: Mean) -> list[str]:
 
 def initial_text(T: Array) -> list[str]:
     """Temperatures (n,) [K] at the start."""
-    return ["*INITIAL CONDITIONS,TYPE=TEMPERATURE", *_rows(np.arange(1, len(T) + 1), T[:, None])]
+    return ["*INITIAL CONDITIONS,TYPE=TEMPERATURE", *rows(np.arange(1, len(T) + 1), T[:, None])]
 
 
 def amplitude_text(name: str, times: Array, values: Array) -> list[str]:
