@@ -15,6 +15,8 @@ from rich.console import Console
 from coupling.errors import BadCase, Problem
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from coupling.model import Model
     from coupling.scene import Scene
 
@@ -266,6 +268,53 @@ def schema() -> None:
         "additionalProperties": False,
     }
     typer.echo(json.dumps(described, indent=2))
+
+
+@app.command(
+    epilog="Example:  thermobody participant cases/sunlit_boom --set thermal.solver=wall "
+    "--listen 127.0.0.1:7300"
+)
+def participant(
+    case: CaseArgument,
+    listen: Annotated[
+        str,
+        typer.Option(
+            "--listen", metavar="ADDRESS", help="HOST:PORT (port 0: a free one), or a path."
+        ),
+    ],
+    settings: SetOption = None,
+) -> None:
+    """Compute the heat of a case for a run in another process.
+
+    The run has the solver 'external' and the address in [thermal.participant]. This process ends
+    when the run says that it has ended; if the run is interrupted it waits for the next call.
+    Whoever can reach the address can use it: keep to 127.0.0.1 or a path on machines you share.
+    """
+    with _answering():
+        from coupling import wire
+
+        scene, model = _built(case, settings)
+        _serve(wire, scene, model, listen)
+
+
+def _serve(wire: "ModuleType", scene: "Scene", model: "Model", address: str) -> None:
+    from coupling.participant import Hosted, serve
+    from coupling.shares import shares
+
+    if model.pair.heat_solver is None:
+        raise BadCase(str(scene.folder), [Problem("thermal", "missing: there is no heat")])
+    wrong = wire.problem_of(address)
+    if wrong:
+        raise BadCase("--listen", [Problem("", wrong)])
+    try:
+        here = wire.listen(address)
+    except OSError as error:
+        text = f"cannot listen at {address}: {error.strerror or error}"
+        raise BadCase("--listen", [Problem("", text)]) from None
+    with here:
+        _out().print(f"listening at {wire.address_of(here)}", markup=False)
+        solver = model.pair.heat_solver
+        serve(Hosted(solver, shares(scene, solver), scene), here)
 
 
 # -------------------------------------------------------------------------------- results

@@ -17,6 +17,7 @@ from coupling.materials_used import material_problem
 from coupling.places import distances
 from thermal.solvers import SOLVERS
 
+EXTERNAL = "external"  # the solver that is another process
 WHOLE = -1  # in place of a node: all of a shell
 STATION_TOLERANCE = 1e-9  # how near to a stretch a node belongs to it, per length of the body
 
@@ -57,8 +58,24 @@ def _skin_names(draft: Draft) -> Iterator[Problem]:
 
 def _solver(draft: Draft) -> Iterator[Problem]:
     heat = draft.valid.get(("thermal",))
-    if heat is not None and heat.solver not in SOLVERS:
-        yield Problem("thermal.solver", unknown("thermal solver", heat.solver, SOLVERS))
+    if heat is None:
+        return
+    if heat.solver not in [*SOLVERS, EXTERNAL]:
+        yield Problem(
+            "thermal.solver", unknown("thermal solver", heat.solver, [*SOLVERS, EXTERNAL])
+        )
+    if heat.solver == EXTERNAL and heat.participant is None:
+        yield Problem("thermal.participant", "missing: where the external solver listens")
+    if heat.solver != EXTERNAL and heat.participant is not None:
+        text = f"belongs to the solver '{EXTERNAL}', not to '{heat.solver}'"
+        yield Problem("thermal.participant", text)
+    if heat.solver == EXTERNAL:
+        for name in ("environment", "elastic"):
+            if getattr(heat, name) is not None:
+                text = (
+                    "needs the faces or sections of a solver of this process, not an external one"
+                )
+                yield Problem(f"thermal.{name}", text)
 
 
 def _on_bodies(draft: Draft) -> Iterator[Problem]:

@@ -17,6 +17,7 @@ from coupling.fields import (
     Point,
     PositiveLength,
     PositiveMass,
+    PositiveTime,
     Quantity,
     Table,
     Temperature,
@@ -33,6 +34,7 @@ from coupling.functions import (
 from coupling.heat_faces import FaceTable
 from coupling.histories import History
 from coupling.laws import Law, LawOf
+from coupling.wire import problem_of
 
 
 class MaterialTable(Table):
@@ -417,10 +419,24 @@ class SolidTable(Table):
             yield "rubbing", "belongs to the side of a joint: give 'of'"
 
 
+class Participant(Table):
+    """[thermal.participant]: a program in another process that computes the heat."""
+
+    address: str = Field(description="'HOST:PORT', or the path of a socket, where it listens")
+    patience: PositiveTime = Field(default=600.0, description="how long an answer may take")
+
+    def odd_values(self) -> Iterator[tuple[str, str]]:
+        if wrong := problem_of(self.address):
+            yield "address", wrong
+
+
 class Thermal(Table):
     """[thermal]: present when the scene has heat."""
 
-    solver: str = Field(default="line", description="'thermobody list' names them")
+    solver: str = Field(
+        default="line",
+        description="'thermobody list' names them; 'external': that of [thermal.participant]",
+    )
     initial: Temperature = Field(description="temperature at the start")
     start: Literal["initial", "steady"] = Field(
         default="initial",
@@ -470,6 +486,9 @@ class Thermal(Table):
     surface: dict[str, SurfaceTable] = Field(default_factory=dict)
     elastic: Elastic | None = Field(
         default=None, description="[thermal.elastic]: heat that deformation releases"
+    )
+    participant: Participant | None = Field(
+        default=None, description="[thermal.participant]: who computes, with the solver 'external'"
     )
 
     def odd_values(self) -> Iterator[tuple[str, str]]:

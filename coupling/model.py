@@ -15,7 +15,6 @@ from coupling.contact_history import Steps
 from coupling.contacts import Contact, attributes, contacts_of
 from coupling.descriptions import (
     flexible_bodies,
-    line_bodies,
     motion_description,
     shells,
     sided_joints,
@@ -24,6 +23,7 @@ from coupling.errors import BadCase, Problem
 from coupling.manager import Coupled, Pair
 from coupling.plan import plan
 from coupling.scene import Scene
+from coupling.shares import shares
 from coupling.transfer import transfer
 from mechanics.dynamics import Control
 from mechanics.layout import Layout
@@ -277,6 +277,11 @@ def _heat(scene: Scene) -> Any:
     from thermal.solvers import build as build_heat
 
     assert scene.thermal is not None
+    if scene.thermal.participant is not None:
+        from coupling.external_heat import ExternalHeat
+
+        there = scene.thermal.participant
+        return ExternalHeat(there.address, there.patience, scene.text)
     return build_heat(scene.thermal.solver, heat_description(scene), settings(scene.thermal))
 
 
@@ -332,29 +337,8 @@ def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manag
     )
     return transfer(
         x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest, shells(scene),
-        _shares(scene, heat_solver),
+        shares(scene, heat_solver),
     )  # fmt: skip
-
-
-def _shares(scene: Scene, heat_solver: Any) -> dict[str, Array]:
-    """Area or volume of the temperatures that motion reads, where the solver knows them."""
-    if scene.thermal is None or not hasattr(heat_solver, "space"):
-        return {}
-    from coupling.heat_descriptions import region_of
-    from thermal.description import Place
-
-    places = {name: Place(name) for name in line_bodies(scene)}
-    for name, solid in scene.thermal.solid.items():
-        if solid.of is not None:
-            places[region_of(name, solid)] = Place(region_of(name, solid), solid.rubbing)
-    found = {}
-    for name, place in places.items():
-        mean, shares = heat_solver.space.place(place), np.zeros(len(heat_solver.x))
-        np.add.at(shares, mean.nodes, mean.weights)
-        own = shares[heat_solver.regions[name]]
-        if (own > 0.0).all():  # corners of quadratic cells have negative volumes
-            found[name] = own
-    return found
 
 
 def _versions() -> dict[str, str]:

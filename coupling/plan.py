@@ -64,6 +64,8 @@ def _heat_runs(scene: Scene, solver) -> list[tuple[str, str]]:
     if shells(scene) and table.solver != "solid":
         what.append("2 at each node of a shell")
     how = [] if table.solver == "prescribed" else [_steps_of_heat(table)]
+    if table.participant is not None:
+        how = [f"by '{solver.name}' at {table.participant.address}"]
     text = ", ".join([*what, *conditions, *how])
     unused = getattr(solver, "unused", [])
     runs = [(f"thermal.{table.solver}", text), *_surroundings(table)]
