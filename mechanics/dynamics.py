@@ -98,6 +98,8 @@ class State(NamedTuple):
     calm : int  accepted steps since the last refusal
     counts : (4,) int  accepted, refused steps, Newton corrections, factorisations so far
     latched : (n_l,) float  1 where a latch has caught
+    errors : (2,) float  sum and largest of the estimated local errors of the accepted steps so far,
+        relative to ``System.scale``
     """
 
     motion: Motion
@@ -106,6 +108,7 @@ class State(NamedTuple):
     calm: int
     counts: NDArray[np.int64]
     latched: Array
+    errors: Array
 
 
 class Window(NamedTuple):
@@ -170,7 +173,7 @@ def initial_state(
     ledger = np.zeros(march.TERMS)
     ledger[0] = _kinetic(system, v)
     ledger[1:3] = system.energies(system.unknowns(q), _padded(system, v), coef)[:2]
-    return State(motion, ledger, 0, 0, np.zeros(4, np.int64), latched), ""
+    return State(motion, ledger, 0, 0, np.zeros(4, np.int64), latched, np.zeros(2)), ""
 
 
 def _touching(
@@ -396,7 +399,7 @@ def _carried(system: System, state: State) -> march.Carried:
         history=m.history.copy(),
         ledger=state.ledger.copy(),
         lost=np.zeros((len(m.approach), 2)),
-        clock=np.array([m.t, m.last]),
+        clock=np.array([m.t, m.last, *state.errors]),
         whole=np.array([state.rung, state.calm, *state.counts], np.int64),
     )
 
@@ -418,7 +421,9 @@ def _state(system: System, c: march.Carried, latched: Array) -> State:
         float(c.clock[0]), c.y[:n], c.v[:n], c.a, c.y[n:], c.force, c.approach, c.history,
         c.before, float(c.clock[1]),
     )  # fmt: skip
-    return State(motion, c.ledger, int(c.whole[0]), int(c.whole[1]), c.whole[2:], latched)
+    return State(
+        motion, c.ledger, int(c.whole[0]), int(c.whole[1]), c.whole[2:], latched, c.clock[2:]
+    )
 
 
 def _rows(system: System, w: march.Memory, count: int) -> Rows:

@@ -96,7 +96,7 @@ def memory(
             some * y, some * y, some * TERMS]  # fmt: skip
     tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, JACOBIANS * factors]
     tried += [window.c0.size] * 3 + [program.signals.size]
-    tried += [y, y, y, 3 * m, 4, JACOBIANS * KNOWN, 2 * joints, 2 * looks, 64 * 9, y, 3, n]
+    tried += [y, y, y, 3 * m, 5, JACOBIANS * KNOWN, 2 * joints, 2 * looks, 64 * 9, y, 3, n]
     sizes = [part.size for part in given] + rows + tried
     ends = np.cumsum(sizes)
     room = np.zeros(ends[-1])
@@ -124,7 +124,9 @@ def take(p, w, h, old):
         copy(reals(w, INERTIA), reals(w, MOMENTUM))
     else:
         inertia(p, reals(w, A), reals(w, MOMENTUM))
+    error = reals(w, TRIED)[4]
     clock[0], clock[1] = reals(w, TRIED)[0], h
+    clock[2], clock[3] = clock[2] + error, max(clock[3], error)
     response = looked(p, w, new)[3]
     if p.ints[2]:
         remember(p, w)

@@ -252,7 +252,7 @@ def _step(p, w, h):
 
 @inner
 def _error(p, w, h):
-    """Local error over the tolerance, and the coordinate where it is.
+    """Local error relative to the sizes of the coordinates, and the coordinate where it is.
 
     Newmark family: (beta - 1/6) h^2 |da| (Zienkiewicz & Xie 1991); BDF2: (2/9) h^2 |da|, backward
     Euler: h^2 |a|/2, their leading terms in q.
@@ -270,7 +270,7 @@ def _error(p, w, h):
             worst, size = i, one
         if np.isnan(one):
             break
-    return factor * h * h * size / s[TOLERANCE], worst
+    return factor * h * h * size, worst
 
 
 @kernel(ATTEMPT)
@@ -285,9 +285,9 @@ def attempt(p, w, h):
     w.whole[4] += spent
     if why != DONE:
         return why
-    error, at_ = _error(p, w, h)
-    step[3] = error
-    if not error <= 1.0:
+    step[4], at_ = _error(p, w, h)
+    step[3] = step[4] / reals(w, SETTINGS)[TOLERANCE]
+    if not step[3] <= 1.0:
         w.whole[WORST] = at_
         return INACCURATE
     if w.whole[PROJECT_AT] != 0:

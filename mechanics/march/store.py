@@ -22,7 +22,8 @@ class Carried(NamedTuple):
     before : (2, n + m) float  coordinates and velocities one step before (BDF2), or (2, 0)
     approach : (n_c,) float [m/s];  history : (n_c, 7) float  of friction
     ledger : (11,) float [J];  lost : (n_c, 2) float [J]
-    clock : (2,) float [s]  time, last step size (0: none yet)
+    clock : (4,) float  time [s], last step size [s] (0: none yet), sum and largest of the local
+        errors of the steps relative to the sizes of the coordinates
     whole : (6,) int  rung, calm, accepted, refused, corrections, factorisations
     """
 
@@ -84,9 +85,9 @@ class Memory(NamedTuple):
 )  # fmt: skip
 """Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
 (names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``TRIED``: time,
-B, G, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see ``look``. ``EARLIER``:
-accelerations and multipliers one step before; ``TREND``: how they go on, see ``begin``.
-``MOMENTUM``: M a at the beginning of the step."""
+B, G, error over the tolerance, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see
+``look``. ``EARLIER``: accelerations and multipliers one step before; ``TREND``: how they go on, see
+``begin``. ``MOMENTUM``: M a at the beginning of the step."""
 
 WORST, ROWS_AT, PROJECT_AT, IN_USE = 6, 7, 8, 9
 """Whole numbers of the memory behind those that are carried: the worst unknown; see ``demands``;
