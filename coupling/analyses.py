@@ -46,7 +46,7 @@ def run(scene: Scene, folder: Path | None = None, console: Any = None) -> Outcom
     return Outcome(3 if reason else 0, recorder.path.parent, reason)
 
 
-def _temperatures(model: Model) -> tuple[Array, Array]:
+def temperatures(model: Model) -> tuple[Array, Array]:
     """Section temperatures at load factor 0 and 1: of the start, and of the end.
 
     At the end those that the conditions hold: as they are prescribed, or steady.
@@ -74,7 +74,7 @@ def _statics(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, st
     from mechanics.arclength import follow
     from mechanics.statics import equilibrium
 
-    system, (T0, T1) = model.motion_solver.system, _temperatures(model)
+    system, (T0, T1) = model.motion_solver.system, temperatures(model)
     c0, c1 = system.coefficients(T0), system.coefficients(T1)
     table = model.scene.analysis
     rest = Place(0.0, system.layout.q0, np.zeros(system.m), np.zeros(system.n))
