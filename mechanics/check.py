@@ -13,9 +13,11 @@ from mechanics.description import (
     Beam,
     Body,
     Clearance,
+    Continuum,
     Cylindrical,
     Description,
     Fixing,
+    Flexible,
     Gear,
     Joint,
     Latch,
@@ -23,6 +25,7 @@ from mechanics.description import (
     Particle,
     Prismatic,
     Pulley,
+    ReferencePoint,
     Revolute,
     RigidBody,
     Shell,
@@ -60,7 +63,8 @@ def check(description: Description) -> list[str]:
             if count > 1:
                 problems.append(f"{count} {kind}s have the same name {name!r}")
     for body in description.bodies:
-        problems += [f"body {body.name!r}: {problem}" for problem in _body(body)]
+        if not isinstance(body, ReferencePoint):
+            problems += [f"body {body.name!r}: {problem}" for problem in _body(body)]
     bodies = {body.name: body for body in description.bodies}
     joints = {joint.name: joint for joint in description.joints}
     for joint in description.joints:
@@ -82,7 +86,9 @@ def _body(body: Body) -> Iterator[str]:
         yield from _beam(body)
     elif isinstance(body, Shell):
         yield from _shell(body)
-    else:
+    elif isinstance(body, Continuum):
+        yield from _solid(body)
+    elif isinstance(body, Particle | RigidBody):
         if not _finite(body.position):
             yield "its position is not finite"
         if not (isfinite(body.mass) and body.mass > 0.0):
@@ -156,7 +162,20 @@ def _shell(shell: Shell) -> Iterator[str]:
             return
 
 
-def _times(body: Beam | Shell) -> Iterator[str]:
+def _solid(body: Continuum) -> Iterator[str]:
+    if body.element not in FAMILIES:
+        yield f"there is no element {body.element!r}"
+    yield from _times(body)
+    points, cells = np.asarray(body.points, float), np.asarray(body.cells)
+    if not _finite(points):
+        yield "its points are not finite"
+    if not cells.size or cells.min() < 0 or cells.max() >= len(points):
+        yield "its cells have nodes that do not exist"
+    elif np.unique(cells).size < len(points):
+        yield f"{len(points) - np.unique(cells).size} of its nodes belong to no cell"
+
+
+def _times(body: Flexible) -> Iterator[str]:
     if not (isfinite(body.damping_time) and body.damping_time >= 0.0):
         yield f"its damping time must not be negative, got {body.damping_time:g} s"
     if not (isfinite(body.reference_temperature) and body.reference_temperature > 0.0):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanics.description import Beam, Shell
+from mechanics.description import Flexible
 from mechanics.layout import Layout
 from meshes.materials import Material
 
@@ -37,7 +37,7 @@ class DensityFactors:
         self._shares = []
         for body in dict.fromkeys(term.names):
             part = layout.bodies[body]
-            if isinstance(part, Beam | Shell) and part.material.density_law is not None:
+            if isinstance(part, Flexible) and part.material.density_law is not None:
                 mine = np.flatnonzero(np.asarray(term.names) == body)
                 rows = np.stack([_rows(term.dofs[e], body, layout) for e in mine])
                 self._shares.append(Share(part.material, mine, rows))

@@ -109,6 +109,59 @@ class Shell:
 
 
 @dataclass(frozen=True)
+class Continuum:
+    """A solid body in three dimensions; its nodes carry a position, and a temperature each.
+
+    Attributes
+    ----------
+    points : (n, 3) float [m]  reference positions of the nodes
+    cells : (n_c, k) int  nodes of each cell, numbered as in ``meshes.families``
+    reference_temperature : float [K]  free of thermal strain
+    element : name in ``mechanics.elements.FAMILIES``: "hexahedron20" (reduced quadrature),
+        "hexahedron20-full", "hexahedron27"
+    damping_time : float [s]  Kelvin-Voigt time
+    velocity, spin : (3,) float [m/s], [rad/s]  initial rigid motion about the origin
+    """
+
+    name: str
+    points: Array
+    cells: NDArray[np.intp]
+    material: Material
+    reference_temperature: float
+    element: str = "hexahedron20"
+    damping_time: float = 0.0
+    velocity: Array = field(default_factory=_zeros)
+    spin: Array = field(default_factory=_zeros)
+
+
+@dataclass(frozen=True)
+class ReferencePoint:
+    """A place of a solid body with a position and an orientation, for joints, loads and springs.
+
+    It is the mean of a face: r the weighted mean position of its nodes, r_y and r_z the plane that
+    fits them best. What acts on it spreads over the face, which swells and warps freely.
+
+    Attributes
+    ----------
+    body : name of a ``Continuum``
+    nodes : (k,) int  of the face
+    weights : (k,) float [m^2]  area that belongs to each
+    axes : (3, 3) float  rows e1 (normal to the face), e2, e3
+    points : (k, 3) float [m]  reference positions of the nodes; None: as the body has them
+    velocity, spin : None: those of the body
+    """
+
+    name: str
+    body: str
+    nodes: NDArray[np.intp]
+    weights: Array
+    axes: Array
+    points: Array | None = None
+    velocity: Array | None = None
+    spin: Array | None = None
+
+
+@dataclass(frozen=True)
 class Site:
     """One end of a joint: a material point of a body, or a fixed point when ``body`` is None.
 
@@ -591,7 +644,8 @@ class Traction:
     edge: Sequence[int] | None = None
 
 
-Body = Beam | Particle | RigidBody | Shell
+Body = Beam | Particle | RigidBody | Shell | Continuum | ReferencePoint
+Flexible = Beam | Shell | Continuum
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
     | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing

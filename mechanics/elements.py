@@ -32,6 +32,10 @@ FAMILIES = {
     "shell3443-continuum": Family(
         "mechanics.shell3443:build_naive", ("position", "r_u", "r_v", "r_n"), (1, 2)
     ),
+    "hexahedron20": Family("mechanics.continuum:build", ("position",), ()),
+    "hexahedron20-full": Family("mechanics.continuum:build", ("position",), ()),
+    "hexahedron27": Family("mechanics.continuum:build", ("position",), ()),
+    "reference": Family("", ("position", "r_y", "r_z"), (1, 2)),
     "rigid": Family("mechanics.rigid:build", ("position", "e1", "e2", "e3"), (2, 3)),
     "particle": Family("", ("position",), ()),
 }

@@ -17,11 +17,14 @@ from mechanics.description import (
     Beam,
     Body,
     Clearance,
+    Continuum,
+    Flexible,
     Gear,
     Joint,
     Latch,
     Particle,
     Prismatic,
+    ReferencePoint,
     RigidBody,
     Shell,
     Site,
@@ -30,6 +33,7 @@ from mechanics.description import (
 )
 from mechanics.elements import FAMILIES, Family
 from mechanics.line_elements import arc_lengths
+from mechanics.reference_point import face_weights, placed
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -82,10 +86,10 @@ class Layout:
     v0 : (n,) float [m/s], [1/s]  initial velocities
     scale : (n,) float [m], [1]  size of a coordinate: length of the body for positions
         (particles: of everything; 1 m where that is a point), 1 for slopes and section vectors
-    point_index : mapping from beam or shell name, ``<joint>.journal`` and ``<joint>.bearing`` to
+    point_index : mapping from name of a flexible body, ``<joint>.journal`` and ``<joint>.bearing`` to
         (k,) int  rows of the temperature array, nodes of bodies first
     x : (m, 3) float [m]  reference positions of these points
-    axes : (m, 3, 3) float  their section triads; zeros for journals and bearings
+    axes : (m, 3, 3) float  their section triads; zeros for solids, journals, bearings
     """
 
     bodies: Mapping[str, Body]
@@ -110,6 +114,8 @@ class Layout:
         named = {body.name: body for body in bodies}
         if len(named) < len(bodies):
             raise ValueError("two bodies have the same name")
+        bodies = [placed(b, named) if isinstance(b, ReferencePoint) else b for b in bodies]
+        named = {body.name: body for body in bodies}
         kinds = {body.name: 3 * len(family_of(body).vectors) for body in bodies}
         node_dofs, start = {}, 0
         for body in bodies:
@@ -187,8 +193,10 @@ class Layout:
 
 def family_of(body: Body) -> Family:
     """The family of a body."""
-    if isinstance(body, Beam | Shell):
+    if isinstance(body, Flexible):
         return FAMILIES[body.element]
+    if isinstance(body, ReferencePoint):
+        return FAMILIES["reference"]
     return FAMILIES["particle" if isinstance(body, Particle) else "rigid"]
 
 
@@ -196,7 +204,7 @@ def node_count(body: Body) -> int:
     """Number of nodes of a body."""
     if isinstance(body, Shell):
         return len(body.surface.points)
-    return len(body.points) if isinstance(body, Beam) else 1
+    return len(body.points) if isinstance(body, Beam | Continuum) else 1
 
 
 def _root(g: Array) -> Array:
@@ -230,9 +238,9 @@ def _inside(
 
 def _triad(body: Body, now: Array, site: Site) -> Array:
     """(3, 3) orthonormal rows e1, e2, e3 at a point with r, p, s = ``now``."""
-    if isinstance(body, Particle):
+    if isinstance(body, Particle | Continuum):
         return np.eye(3)
-    if isinstance(body, RigidBody):
+    if isinstance(body, RigidBody | ReferencePoint):
         return np.asarray(body.axes, float)
     if isinstance(body, Beam):
         e1, e2, _ = np.asarray(body.axes, float)[site.node]
@@ -272,10 +280,12 @@ def _stack(parts: Sequence) -> Array:
 
 def _vectors(body: Body) -> Array:
     """(n, k, 3): the vectors of every node but its position, in the reference."""
-    if isinstance(body, Particle):
-        return np.zeros((1, 0, 3))
+    if isinstance(body, Particle | Continuum):
+        return np.zeros((node_count(body), 0, 3))
     if isinstance(body, RigidBody):
         return np.asarray(body.axes, float)[None]
+    if isinstance(body, ReferencePoint):
+        return (face_weights(body)[1:] @ np.asarray(body.points, float))[None]
     if isinstance(body, Beam):
         names = family_of(body).vectors[1:]
         return np.asarray(body.axes, float)[:, ["xyz".index(name[2]) for name in names]]
@@ -290,6 +300,8 @@ def _places(body: Body) -> Array:
     """(n, 3) [m] reference positions of the nodes."""
     if isinstance(body, Particle | RigidBody):
         return np.asarray(body.position, float)[None]
+    if isinstance(body, ReferencePoint):
+        return face_weights(body)[:1] @ np.asarray(body.points, float)
     return np.asarray(body.surface.points if isinstance(body, Shell) else body.points, float)
 
 
@@ -324,8 +336,10 @@ def _extent(bodies: Sequence[Body], joints: Sequence[Joint]) -> float:
 
 def _length(body: Body, extent: float) -> float:
     """Size of a body [m]: a rigid one has its radius of gyration, a particle that of the scene."""
-    if isinstance(body, Particle):
+    if isinstance(body, Particle | ReferencePoint):
         return extent
+    if isinstance(body, Continuum):
+        return float(np.linalg.norm(np.ptp(body.points, axis=0)))
     if isinstance(body, RigidBody):
         return float(np.sqrt(np.trace(np.asarray(body.inertia)) / (2.0 * body.mass))) or extent
     if isinstance(body, Shell):
@@ -422,7 +436,7 @@ def _points(
     bodies: Sequence[Body], joints: Sequence[Joint]
 ) -> tuple[dict[str, Indices], Array, Array]:
     """Temperature points: nodes of flexible bodies, then both parts of each clearance joint."""
-    places = {b.name: (_places(b), _section_axes(b)) for b in bodies if isinstance(b, Beam | Shell)}
+    places = {b.name: (_places(b), _section_axes(b)) for b in bodies if isinstance(b, Flexible)}
     positions = {body.name: _places(body) for body in bodies}
     for joint in joints:
         if isinstance(joint, Clearance):
@@ -438,8 +452,10 @@ def _points(
     return index, x, axes
 
 
-def _section_axes(body: Beam | Shell) -> Array:
-    """(n, 3, 3) rows e1, e2, e3 at the nodes; of shells e3 is the normal."""
+def _section_axes(body: Flexible) -> Array:
+    """(n, 3, 3) rows e1, e2, e3 at the nodes; of shells e3 is the normal; zeros in a solid."""
+    if isinstance(body, Continuum):
+        return np.zeros((len(body.points), 3, 3))
     if isinstance(body, Beam):
         return np.asarray(body.axes, float)
     pairs = zip(body.surface.d_u, body.surface.d_v, strict=True)

@@ -63,7 +63,7 @@ def _of_body(system: System, y: Array, name: str, nodes: NDArray) -> csc_array:
     vectors = y[rows].reshape(len(nodes), count, 3)
     shift = np.zeros((3, *vectors.shape))
     shift[:, :, 0] = np.eye(3)[:, None]
-    if count == 1:
+    if count * len(nodes) == 1:
         columns = shift.reshape(3, -1)
     else:
         arms = vectors.copy()
@@ -82,7 +82,7 @@ def _texts(system: System, loose: Array) -> list[str]:
         return []
     found, at = [], 0
     for name, kind in system.layout.kinds.items():
-        k = 3 if kind == 3 else 6
+        k = 3 if kind * len(system.layout.node_dofs[name]) == 3 else 6
         part = loose[at : at + k]
         at += k
         if np.max(np.abs(part)) > 1e-6 * largest:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanics import kernels
-from mechanics.description import Beam, Shell
+from mechanics.description import Flexible
 from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 from mechanics.layout import Layout
 
@@ -95,7 +95,7 @@ def build(terms: Sequence[Any], layout: Layout, alpha_m: float, alpha_k: float) 
 def _flexible(term: Any, layout: Layout) -> bool:
     bodies = [layout.bodies.get(name) for name in set(term.names)]
     held = getattr(term, "mass_blocks", lambda: None)() is not None
-    return held and all(isinstance(body, Beam | Shell) for body in bodies)
+    return held and all(isinstance(body, Flexible) for body in bodies)
 
 
 def _reference_stiffness(term: Any, layout: Layout) -> Array:
@@ -109,6 +109,6 @@ def reference_temperatures(layout: Layout) -> Array:
     """(m, 3) section temperatures at which no body has thermal strain."""
     T = np.zeros((len(layout.x), 3))
     for name, body in layout.bodies.items():
-        if isinstance(body, Beam | Shell):
+        if isinstance(body, Flexible):
             T[layout.point_index[name], 0] = body.reference_temperature
     return T

@@ -18,15 +18,15 @@ from scipy.sparse import csr_array, kron
 from mechanics import factor, march
 from mechanics.assembly import pattern
 from mechanics.description import (
-    Beam,
     Bushing,
     Clearance,
     Description,
+    Flexible,
     History,
     Particle,
     Pulley,
+    ReferencePoint,
     RigidBody,
-    Shell,
     Spring,
     Telescope,
     TorsionSpring,
@@ -80,7 +80,8 @@ class System:
         self.layout = Layout.of(description.bodies, description.joints)
         self.n = self.layout.ndof
         self.elements = _elements(description, self.layout)
-        holding = _rigid(description, self.layout) + _joints(description, self.layout)
+        holding = _rigid(description, self.layout) + _ties(description, self.layout)
+        holding += _joints(description, self.layout, self.n + sum(term.rows for term in holding))
         self.m = sum(term.rows for term in holding)
         self._inertia = _inertia([*self.elements, *holding], _points(description, self.layout))
         self.mass = _mass(self.n, self._inertia)
@@ -239,7 +240,7 @@ def flat(coef: Coefficients) -> Array:
 
 def _elements(description: Description, layout: Layout) -> list:
     """One term for each flexible family that the scene uses."""
-    flexible = [b for b in description.bodies if isinstance(b, Beam | Shell)]
+    flexible = [b for b in description.bodies if isinstance(b, Flexible)]
     found = []
     for name, family in FAMILIES.items():
         members = [b for b in flexible if b.element == name]
@@ -256,13 +257,19 @@ def _rigid(description: Description, layout: Layout) -> list:
     return [import_module("mechanics.rigid").build(bodies, layout, layout.ndof)]
 
 
-def _joints(description: Description, layout: Layout) -> list:
+def _ties(description: Description, layout: Layout) -> list:
+    if not any(isinstance(b, ReferencePoint) for b in description.bodies):
+        return []
+    rigid = sum(isinstance(b, RigidBody) for b in description.bodies)
+    return [import_module("mechanics.reference_point_ties").build(layout, layout.ndof + 6 * rigid)]
+
+
+def _joints(description: Description, layout: Layout, first_row: int) -> list:
     if not description.joints:
         return []
     from mechanics import joints
 
-    rigid = sum(isinstance(b, RigidBody) for b in description.bodies)
-    return joints.build(description.joints, layout, layout.ndof + 6 * rigid)
+    return joints.build(description.joints, layout, first_row)
 
 
 def _rayleigh(description: Description, elements: list, layout: Layout) -> list:
