@@ -7,6 +7,7 @@ a table that is there but faulty is left alone: the fault has been reported wher
 from collections.abc import Iterator
 
 from coupling.body_tables import LineBody, ShellBody
+from coupling.crosscheck_tables import check_crosscheck
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
 from coupling.heat_references import check_heat

@@ -13,6 +13,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from coupling import quantities
 from coupling.body_tables import Body
+from coupling.crosscheck_tables import Crosscheck
 from coupling.fields import Count, Point, PositiveTime, Quantity, Table, Time
 from coupling.generate_tables import RingTruss
 from coupling.heat_tables import MaterialTable, Thermal
@@ -218,6 +219,7 @@ class Scene(BaseModel):
     probe: dict[str, Probe] = Field(default_factory=dict)
     output: Output = Field(default_factory=Output)
     report: dict[str, ReportTable] = Field(default_factory=dict)
+    crosscheck: Crosscheck | None = None
     shapes: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)
     folder: SkipJsonSchema[Path] = Path()
     text: SkipJsonSchema[str] = ""
