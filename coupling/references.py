@@ -29,6 +29,7 @@ def check(draft: Draft) -> list[Problem]:
         *check_heat(draft),
         *check_ranges(draft),
         *check_reports(draft),
+        *check_crosscheck(draft),
     ]
 
 
