@@ -36,6 +36,7 @@ class Heat:
     irradiated : condition -> Face, at whose points it takes irradiation from outside
     settings : Settings
     taken : int  steps of the last interval
+    error : float [K]  sum of their estimated local errors; nan where none were estimated
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class Heat:
         )
         self._temperatures = [nodes for nodes in self.regions.values() if len(nodes)]
         self.kept: dict[float, Callable[[Array], Array]] = {}
-        self.taken = 0
+        self.taken, self.error = 0, 0.0
 
     def initial(self) -> Array:
         """(n,) [K]"""
@@ -76,7 +77,7 @@ class Heat:
         """Temperatures at ``t + h``, heat [J] through each boundary, reason; see ThermalSolver."""
         system = _Within(self, t, h, outside)
         end = self._integrate(system, T, t, h, heat / h, self.settings)
-        self.taken = end.steps
+        self.taken, self.error = end.steps, end.error
         flows = {g.name: float(end.reactions[g.nodes].sum()) for g in self._given}
         flows.update(zip(self._boundary.names, end.flows.tolist(), strict=True))
         return end.T, flows, end.why

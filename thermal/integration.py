@@ -1,7 +1,7 @@
 """An interval of time in as many steps of a scheme as its error asks for, or in equal ones."""
 
 from collections.abc import Callable
-from math import ceil, inf
+from math import ceil, inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,7 @@ class Interval(NamedTuple):
     reactions : (n,) float [J]  that held the given temperatures; zero at the free ones
     why : "" or the reason why there is no result
     steps : how many were taken
+    error : float [K]  sum of their estimated local errors; nan where none were estimated
     """
 
     T: Array
@@ -38,6 +39,7 @@ class Interval(NamedTuple):
     reactions: Array
     why: str
     steps: int
+    error: float = nan
 
 
 def integrate(
@@ -61,7 +63,7 @@ def advance(
     point = start(system, T, t, source)
     flows, reactions = np.zeros_like(point.flows), np.zeros_like(T)
     why = fault(system, point, t)
-    done, size, taken = 0.0, h, 0
+    done, size, taken, error = 0.0, h, 0, 0.0
     for _ in range(0 if why else STEPS):
         count = ceil((h - done) / size * (1.0 - 1e-9))
         length = (h - done) / count
@@ -72,15 +74,15 @@ def advance(
                 why = new.why or _too_rough(t + done, new.error, tolerance)
                 break
             continue
-        point, taken = new.end, taken + 1
+        point, taken, error = new.end, taken + 1, error + new.error
         flows += new.flows
         reactions += new.reactions
         if count == 1:
-            return Interval(point.T, flows, reactions, "", taken)
+            return Interval(point.T, flows, reactions, "", taken, error)
         done += length
         size = length * min(5.0, _ratio(new.error, tolerance, order))
     why = why or f"t = {t + done:g} s: more than {STEPS} steps within {h:g} s"
-    return Interval(point.T, flows, reactions, why, taken)
+    return Interval(point.T, flows, reactions, why, taken, error)
 
 
 def march(

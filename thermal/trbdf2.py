@@ -44,15 +44,17 @@ class _Sum:
     def __init__(self, system: System, T: Array, t: float, source: Array) -> None:
         self.point = start(system, T, t, source)
         self.flows, self.reactions = np.zeros_like(self.point.flows), np.zeros_like(T)
-        self.why, self.steps = fault(system, self.point, t), 0
+        self.why, self.steps, self.error = fault(system, self.point, t), 0, 0.0
 
     def take(self, new: _Step) -> None:
         self.point, self.steps = new.end, self.steps + 1
+        self.error += new.error
         self.flows += new.flows
         self.reactions += new.reactions
 
     def interval(self, why: str) -> Interval:
-        return Interval(self.point.T, self.flows, self.reactions, why, self.steps)
+        done = self.point.T, self.flows, self.reactions
+        return Interval(*done, why, self.steps, self.error)
 
 
 def integrate(
