@@ -32,12 +32,16 @@ class Results:
         self._file = file
 
     @classmethod
-    def open(cls, path: Path | str) -> "Results":
-        """Open a file, or the one in the folder of a run. Raises BadResults with the reason."""
+    def open(cls, path: Path | str, journal: bool = True) -> "Results":
+        """Open a file, or the one in the folder of a run. Raises BadResults with the reason.
+
+        journal : with the windows that a run has finished since it last wrote the file
+        """
         path = Path(path)
         path = path / FILE_NAME if path.is_dir() else path
         try:
-            file = h5py.File(path, "r", locking=False)
+            source = (_continued(path) if journal else None) or path
+            file = h5py.File(source, "r", locking=False)
         except FileNotFoundError:
             raise BadResults(f"{path}: no such file") from None
         except OSError as error:
@@ -128,6 +132,17 @@ class Results:
         raise BadResults(
             f"{self.path}: has no {name}; {parent} has {', '.join(there) or 'nothing'}"
         )
+
+
+def _continued(path: Path) -> Any:
+    """The file in memory with what its journal adds; None where there is no journal."""
+    from coupling.journal import FILE_NAME as JOURNAL
+
+    if path.name != FILE_NAME or not path.with_name(JOURNAL).is_file():
+        return None
+    from coupling.results import Recorder
+
+    return Recorder.image(path.parent)
 
 
 def _check_format(path: Path, file: h5py.File) -> None:

@@ -10,6 +10,7 @@ from coupling.contacts import driven, history, regimes
 from coupling.manager import Coupled
 from coupling.model import Model
 from coupling.results import Recorder
+from coupling.resume import memory
 from mechanics.march import Rows
 
 
@@ -35,7 +36,7 @@ class Recording:
         for name, attributes in self.model.contact_attributes().items():
             self.recorder.describe_group(f"joints/{name}", attributes)
         for name, elements in self.model.surfaces().items():
-            self.recorder.append_many(f"surfaces/{name}", elements)
+            self.recorder.append_many(name, elements)
         self._frame(state)
         self._probes(state)
         self._sky(state)
@@ -87,7 +88,8 @@ class Recording:
             "time": window.t, "window": window.h,
             "step_min": sizes.min(), "step_max": sizes.max(),
             "steps": steps, "rejected": refused, "iterations": corrections,
-            "halvings": window.halvings, "wall_time": wall,
+            "halvings": window.halvings, "exchanges": window.exchanges,
+            "window_error": window.window_error, "wall_time": wall,
         })  # fmt: skip
 
     def _probes(self, state: Coupled) -> None:
@@ -103,11 +105,14 @@ class Recording:
         self.recorder.append("frames", {"time": state.motion.motion.t})
         for name, row in self.model.bodies(state).items():
             self.recorder.append(f"bodies/{name}", row)
+        for name, row in self.model.cells(state.motion.motion, self.model.sections(state)).items():
+            self.recorder.append(f"solids/{name}", row)
         for name, row in self.model.skins(state).items():
             self.recorder.append(f"skins/{name}", row)
 
     def _state(self, state: Coupled, tick: int, size: int) -> None:
-        self.recorder.state({"coupled": state, "tick": tick, "size": size})
+        heat = memory(self.model.pair.heat_solver)
+        self.recorder.state({"coupled": state, "tick": tick, "size": size, "heat": heat})
 
     def _contacts(self, before: Coupled, state: Coupled) -> None:
         """What happened in the window: events, totals, and the histories of the contacts."""

@@ -1,11 +1,14 @@
 """The file results.h5: recording a run and reading it back.
 
 The file is never changed in place. Every write makes a complete new file beside the old one
-and then takes its place, so that a run killed at any moment leaves the last complete state.
+and then takes its place. What windows add between two writes stands in ``coupling.journal``, so
+that a run killed at any moment loses nothing but the window in progress.
 """
 
+import io
 import json
 import os
+import secrets
 import time
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -17,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from coupling.columns import Column, standard
+from coupling.journal import Journal, records
 from coupling.probes import write_probes
 from coupling.reading import FILE_NAME, FORMAT, FORMAT_VERSION, BadResults, Results
 from coupling.tables import Table
@@ -25,6 +29,8 @@ __all__ = ["BadResults", "Recorder", "Results", "new_run_folder"]
 
 OUTCOMES = ("running", "done", "stopped")
 STATE = Column("", "what a resumed run starts from")
+JOURNAL = "journal"
+"""Attribute of the file: name of the journal that continues it."""
 
 
 def new_run_folder(parent: Path) -> Path:
@@ -49,8 +55,9 @@ class Recorder:
 
     Rows that are appended between ``begin`` and ``commit`` belong to a coupling window and
     vanish with ``rollback``. The file always holds whole windows with the state that belongs
-    to them. It is written when more than 2 s and more than 20 times the duration of the last
-    write have passed, so that writing takes at most 5 % of the time.
+    to them. It is written when more than 10 s and more than 100 times the duration of the last
+    write have passed, so that writing takes at most 1 % of the time; each window between two
+    writes adds a record to the journal.
 
     Parameters
     ----------
@@ -61,8 +68,8 @@ class Recorder:
         the normal force
     """
 
-    interval = 2.0
-    patience = 20.0
+    interval = 10.0
+    patience = 100.0
 
     def __init__(self, folder: Path, meta: Mapping[str, Any], max_rows: int = 200_000) -> None:
         self._prepare(folder, max_rows)
@@ -78,16 +85,42 @@ class Recorder:
 
     @classmethod
     def reopen(cls, folder: Path, max_rows: int = 200_000) -> "Recorder":
-        """Recorder that goes on where the file in ``folder`` ends."""
+        """Recorder that goes on where file and journal in ``folder`` end.
+
+        Raises BadResults when the file cannot be read.
+        """
+        recorder = cls._read(folder, max_rows)
+        recorder.attributes |= {"outcome": "running", "reason": ""}
+        recorder.flush()
+        return recorder
+
+    @classmethod
+    def image(cls, folder: Path) -> io.BytesIO | None:
+        """The file as it would be written now, with the journal; None where there is none."""
+        recorder = cls._read(folder, 200_000)
+        return recorder._image() if recorder._recovered else None
+
+    @classmethod
+    def _read(cls, folder: Path, max_rows: int) -> "Recorder":
         recorder = cls.__new__(cls)
         recorder._prepare(folder, max_rows)
-        with Results.open(folder) as results:
-            recorder.attributes = {**results.attributes(), "outcome": "running", "reason": ""}
+        with Results.open(folder, journal=False) as results:
+            recorder.attributes = results.attributes()
             recorder._state = results.read_state()
             for group in results.groups():
                 recorder._load(results, group)
-        recorder.flush()
+        recorder._recover()
         return recorder
+
+    def _recover(self) -> None:
+        """Take what the journal says."""
+        found, self.damage = records(self.path.parent, str(self.attributes.get(JOURNAL, "")))
+        for record in found:
+            for group, rows in record["rows"].items():
+                self.append_many(group, rows)
+            self._state = record["state"]
+            self._accept()
+        self._recovered = len(found)
 
     def _prepare(self, folder: Path, max_rows: int) -> None:
         self.path = Path(folder) / FILE_NAME
@@ -98,6 +131,10 @@ class Recorder:
         self._state: Any = {}
         self._staged = False
         self._state_before: Any = {}
+        self._journal: Journal | None = None
+        self._changed = False
+        self._recovered = 0
+        self.damage = ""
         self._written = -np.inf
         self._duration = 0.0
 
@@ -105,10 +142,12 @@ class Recorder:
         self, group: str, name: str, unit: str, description: str, dtype: Any = np.float64
     ) -> None:
         """Unit and meaning of a column that ``coupling.columns`` does not know."""
+        self._changed = True
         self._declared[group, name] = Column(unit, description, dtype)
 
     def describe_group(self, group: str, attributes: Mapping[str, Any]) -> None:
         """Attributes of a group, for instance the section of a body."""
+        self._changed = True
         known = self._group_attributes.setdefault(group, {})
         for name, value in attributes.items():
             known[name] = np.asarray(value) if isinstance(value, list | tuple) else _plain(value)
@@ -142,11 +181,15 @@ class Recorder:
         self._state_before = self._state
 
     def commit(self) -> None:
-        """The rows since ``begin`` stay; writes the file when it is time."""
+        """The rows since ``begin`` stay, on the disk too; writes the file when it is time."""
+        if self._journal is not None and not self._changed:
+            fresh = {group: table.fresh() for group, table in self.tables.items()}
+            rows = {group: columns for group, columns in fresh.items() if columns}
+            self._journal.append({"rows": rows, "state": self._state})
         self._staged = False
         self._accept()
         waited = time.monotonic() - self._written
-        if waited > max(self.interval, self.patience * self._duration):
+        if self._changed or waited > max(self.interval, self.patience * self._duration):
             self.flush()
 
     def rollback(self) -> None:
@@ -166,20 +209,30 @@ class Recorder:
                 table.cut(int(np.count_nonzero(clock <= time_limit)))
 
     def flush(self) -> None:
-        """Write the file, without the rows of an open window."""
+        """Write the file, without the rows of an open window; the journal begins anew."""
         if not self._staged:
             self._accept()
         started = time.monotonic()
+        name = secrets.token_hex(8)
+        self.attributes[JOURNAL] = name
         temporary = self.path.with_name(FILE_NAME + ".part")
         try:
-            with h5py.File(temporary, "w") as file:
-                self._write(file)
+            temporary.write_bytes(self._image().getbuffer())
             _replace(temporary, self.path)
         except BaseException:
             temporary.unlink(missing_ok=True)
             raise
+        (self._journal or Journal(self.path.parent, name)).remove()
+        self._journal, self._changed = Journal(self.path.parent, name), False
         self._written = time.monotonic()
         self._duration = self._written - started
+
+    def _image(self) -> io.BytesIO:
+        """The file in memory: HDF5 itself does not bear a disk that is full."""
+        image = io.BytesIO()
+        with h5py.File(image, "w") as file:
+            self._write(file)
+        return image
 
     def close(self, outcome: str, reason: str = "") -> None:
         """Write the file for the last time, and ``probes.csv``. An open window is dropped."""
@@ -189,7 +242,7 @@ class Recorder:
             self.rollback()
         self.attributes |= {"outcome": outcome, "reason": reason}
         self.flush()
-        with Results.open(self.path) as results:
+        with Results.open(self.path, journal=False) as results:
             write_probes(results, self.path.with_name("probes.csv"))
 
     def _table(self, group: str) -> Table:

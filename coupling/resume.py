@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from coupling.errors import BadCase, Problem
-from coupling.results import FILE_NAME
+from coupling.results import FILE_NAME, BadResults, Recorder, Results
 
 
 def latest(parent: Path) -> Path:
@@ -19,6 +19,23 @@ def latest(parent: Path) -> Path:
             str(parent), [Problem("", "no run to resume; leave out --resume to start one")]
         )
     return max(runs, key=lambda p: int(p.name))
+
+
+def reopened(folder: Path, scene: str) -> Recorder:
+    """Recorder of a run of this case, which goes on where it ended.
+
+    scene : text of the case
+    """
+    try:
+        with Results.open(folder, journal=False) as results:
+            saved = str(results.attributes().get("scene", ""))
+        check_same_case(saved, scene)
+        recorder = Recorder.reopen(folder)
+    except BadResults as error:
+        text = f"{error}; leave out --resume to start anew"
+        raise BadCase(str(folder), [Problem("", text)]) from None
+    recorder.attributes |= {"scene": scene}
+    return recorder
 
 
 def check_same_case(saved: str, now: str) -> None:
@@ -43,13 +60,37 @@ def _essence(text: str) -> dict[str, Any]:
     return tables
 
 
+def restored(template: Any, saved: Mapping[str, Any], folder: Path) -> Any:
+    """The coupled state that was saved, in the types of ``template``.
+
+    Raises BadCase where it is not one of this program.
+    """
+    try:
+        return restore(template, saved["coupled"])
+    except (KeyError, ValueError, TypeError) as error:
+        text = f"its state is of another version of the program ({error}); start it anew"
+        raise BadCase(str(folder), [Problem("", text)]) from None
+
+
+def memory(solver: Any) -> Mapping[str, Any]:
+    """What a solver of heat keeps beside the state, and later windows depend on."""
+    return solver.memory() if hasattr(solver, "memory") else {}
+
+
+def remember(solver: Any, saved: Mapping[str, Any]) -> None:
+    """Give back what ``memory`` told."""
+    if hasattr(solver, "remember"):
+        solver.remember(saved.get("heat", {}))
+
+
 def restore(template: Any, saved: Any) -> Any:
     """The saved state in the types of ``template`` (nested named tuples of arrays)."""
     if hasattr(template, "_fields"):
         parts = {k: restore(getattr(template, k), saved[k]) for k in template._fields}
         return type(template)(**parts)
     if isinstance(template, np.ndarray):
-        return np.asarray(saved, template.dtype).reshape(template.shape)
+        value = np.asarray(saved, template.dtype)  # of another size: as many rows as were seen
+        return value.reshape(template.shape) if value.size == template.size else value
     if isinstance(template, Mapping):
         return dict(saved)
     return type(template)(saved)

@@ -65,6 +65,12 @@ class Table:
             self.columns[name][self.length : self.length + count] = block
         self.length += count
 
+    def fresh(self) -> dict[str, Values]:
+        """The rows appended since the last ``accept``, as views; {} where there is none."""
+        if self.length == self.kept:
+            return {}
+        return {name: column[self.kept : self.length] for name, column in self.columns.items()}
+
     def accept(self) -> None:
         """The rows appended since the last call stay for good."""
         fresh = self.length - self.kept

@@ -205,10 +205,10 @@ def test_the_file_is_written_now_and_then_only(recorder: Recorder) -> None:
         recorder.commit()
         return recorder._written > before
 
-    assert not written_after(1.9, 0.0)
-    assert written_after(2.1, 0.0)
-    assert not written_after(9.0, 0.5)
-    assert written_after(10.5, 0.5)
+    assert not written_after(9.9, 0.0)
+    assert written_after(10.1, 0.0)
+    assert not written_after(49.0, 0.5)
+    assert written_after(50.5, 0.5)
 
 
 # ---------------------------------------------------------------------------------- state
