@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechanics.description import (
     Beam,
     Body,
+    BoreContact,
     Clearance,
     Continuum,
     Cylindrical,
@@ -43,7 +44,7 @@ TURNING = (Revolute, Cylindrical)
 SLIDING = (Prismatic, Cylindrical)
 _LENGTHS = (
     "radius", "clearance", "length", "height", "width", "corner_radius", "axial_clearance",
-    "flange_radius",
+    "flange_radius", "pin_radius",
 )  # fmt: skip
 TOGETHER = 1e-9
 """Distance of two nodes, relative to the size of the body, that is none [-]."""
@@ -219,7 +220,7 @@ def _joint(joint: Joint, bodies: dict[str, Body], joints: dict[str, Joint]) -> I
         yield from _refers(joint.joint, joints, (*TURNING, *SLIDING), "turns or slides")
         if not isfinite(joint.at):
             yield "where it locks is not finite"
-    if isinstance(joint, Clearance | Telescope):
+    if isinstance(joint, Clearance | Telescope | BoreContact):
         for name in _LENGTHS:
             value = getattr(joint, name, None)
             if value is not None and not (isfinite(value) and value > 0.0):

@@ -596,6 +596,41 @@ class Telescope:
 
 
 @dataclass(frozen=True)
+class BoreContact:
+    """A pin (an analytic cylinder that ``pin`` carries) in the bore of a solid body, with friction.
+
+    Pressure at the surface of the bore is stiffness times depth, with the hysteresis of the impact
+    that runs; the bore grows with its own temperatures, the pin with one of its own.
+
+    Attributes
+    ----------
+    body : name of a ``Continuum``;  facets : (n_f, 8 or 9) int  nodes of the surface of its bore
+    pin : through which the axis goes, in the middle of the pin, and with which it turns
+    axis : (3,) float  of the pin in the reference
+    pin_radius : float [m]  at the reference temperature
+    stiffness : float [N/m^3]  pressure per depth
+    length : float [m] | None  of the pin, whose rims are round; None: endless
+    restitution, dissipation, reference_speed : as in ``NormalContact``
+    """
+
+    name: str
+    body: str
+    facets: NDArray[np.intp]
+    pin: Site
+    axis: Array
+    pin_radius: float
+    stiffness: float
+    journal_material: Material
+    bearing_material: Material
+    reference_temperature: float
+    length: float | None = None
+    friction: Friction | None = None
+    restitution: float = 0.85
+    dissipation: str = "exact"
+    reference_speed: float | None = None
+
+
+@dataclass(frozen=True)
 class Force:
     """Dead force at a node: ``direction`` (3,) times ``amplitude`` (t) [N]."""
 
@@ -650,7 +685,7 @@ Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
     | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
     | ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical | ClearanceTranslational
-    | Telescope
+    | Telescope | BoreContact
 )  # fmt: skip
 Clearance = (
     ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical | ClearanceTranslational

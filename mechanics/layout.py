@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mechanics.description import (
     Beam,
     Body,
+    BoreContact,
     Clearance,
     Continuum,
     Flexible,
@@ -86,8 +87,8 @@ class Layout:
     v0 : (n,) float [m/s], [1/s]  initial velocities
     scale : (n,) float [m], [1]  size of a coordinate: length of the body for positions
         (particles: of everything; 1 m where that is a point), 1 for slopes and section vectors
-    point_index : mapping from name of a flexible body, ``<joint>.journal`` and ``<joint>.bearing`` to
-        (k,) int  rows of the temperature array, nodes of bodies first
+    point_index : mapping from name of a flexible body, ``<joint>.journal`` and
+        ``<joint>.bearing`` to (k,) int  rows of the temperature array, nodes of bodies first
     x : (m, 3) float [m]  reference positions of these points
     axes : (m, 3, 3) float  their section triads; zeros for solids, journals, bearings
     """
@@ -435,14 +436,13 @@ def _place(site: Site, positions: Mapping[str, Array]) -> Array:
 def _points(
     bodies: Sequence[Body], joints: Sequence[Joint]
 ) -> tuple[dict[str, Indices], Array, Array]:
-    """Temperature points: nodes of flexible bodies, then both parts of each clearance joint."""
+    """Temperature points: nodes of flexible bodies, then parts of the joints with clearance."""
     places = {b.name: (_places(b), _section_axes(b)) for b in bodies if isinstance(b, Flexible)}
     positions = {body.name: _places(body) for body in bodies}
     for joint in joints:
-        if isinstance(joint, Clearance):
-            for part, site in (("journal", joint.journal), ("bearing", joint.bearing)):
-                at = _place(site, positions)
-                places[f"{joint.name}.{part}"] = at[None], np.zeros((1, 3, 3))
+        for part, site in _parts(joint):
+            at = _place(site, positions)
+            places[f"{joint.name}.{part}"] = at[None], np.zeros((1, 3, 3))
     index, start = {}, 0
     for name, (x, _) in places.items():
         index[name] = np.arange(start, start + len(x), dtype=np.intp)
@@ -450,6 +450,15 @@ def _points(
     x = np.concatenate([np.zeros((0, 3)), *(x for x, _ in places.values())])
     axes = np.concatenate([np.zeros((0, 3, 3)), *(a for _, a in places.values())])
     return index, x, axes
+
+
+def _parts(joint: Joint) -> list[tuple[str, Site]]:
+    """Parts of a joint that have a temperature of their own; the bore of a solid is its nodes."""
+    if isinstance(joint, BoreContact):
+        return [("journal", joint.pin)]
+    if isinstance(joint, Clearance):
+        return [("journal", joint.journal), ("bearing", joint.bearing)]
+    return []
 
 
 def _section_axes(body: Flexible) -> Array:
