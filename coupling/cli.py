@@ -454,6 +454,48 @@ def compare_thermal(
         _tell(_out(), compare(scene, chosen, reference, folder, _out()))
 
 
+@app.command(epilog="Example:  thermobody crosscheck cases/heated_boom")
+def crosscheck(
+    case: CaseArgument,
+    settings: SetOption = None,
+    participants: Annotated[
+        str | None,
+        typer.Option(
+            "--with",
+            metavar="NAME,NAME",
+            help="continuum, calculix, exudyn: what beams are compared with; without: all.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", metavar="DIR", help="Where tables and picture go; default: results."
+        ),
+    ] = None,
+) -> None:
+    """Compute a case by beams and as a 3D continuum, and compare stage by stage.
+
+    Mass, rigid motion, expansion, equilibrium, vibration, motion, contact, pointing, as the
+    [crosscheck] of the case says; besides by CalculiX and Exudyn, where they are installed, and
+    with formulas. Exit code 1 where something deviates by more than the case allows.
+    """
+    with _answering():
+        from coupling import casefile
+        from coupling.crosscheck.command import crosscheck as compare
+
+        scene = casefile.read(case, settings or ())
+        folder = output or scene.folder / "results" / "crosscheck"
+        _check_writable(folder)
+        chosen = None
+        if participants is not None:
+            chosen = [name.strip() for name in participants.split(",") if name.strip()]
+        files, failures = compare(scene, chosen, folder, _out())
+        _tell(_out(), files)
+    for failure in failures:
+        _complain(failure)
+    raise typer.Exit(FAILED if failures else DONE)
+
+
 @app.command(epilog="Example:  thermobody report ring_truss levels")
 def report(
     what: Annotated[

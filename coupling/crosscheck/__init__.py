@@ -1,0 +1,1 @@
+"""Beams against a 3D continuum, against other programs and against formulas, stage by stage."""
