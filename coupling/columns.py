@@ -25,7 +25,8 @@ STANDARD: dict[str, dict[str, Column]] = {
         "iterations": Column("", "Newton iterations", np.int64),
         "factorisations": Column("", "factorised Jacobians", np.int64),
         "halvings": Column("", "rejected attempts at this window", np.int64),
-        "exchanges": Column("", "thermal solutions", np.int64),
+        "exchanges": Column("", "times that motion was computed for it", np.int64),
+        "window_error": Column("K", "predicted less found temperatures, largest"),
         "wall_time": Column("s", "elapsed time on the clock"),
     },
     "ledger": {
@@ -110,6 +111,13 @@ STANDARD: dict[str, dict[str, Column]] = {
         "quads": Column("", "nodes at the corners of each element of a shell", np.int64),
         "sizes": Column("m", "what each element spans of the parameters u and v"),
     },
+    "solids": {
+        "position": Column("m", "nodes"),
+        "temperature": Column("K", "of the nodes"),
+        "stress": Column("Pa", "equivalent stress (von Mises), mean of each cell", np.float32),
+    },
+    "cells": {"cells": Column("", "nodes of each cell of a solid", np.int64)},
+    "facets": {"facets": Column("", "nodes of each facet of its boundary", np.int64)},
     "skins": {
         "corners": Column("m", "of each facet, in the present pose"),
         "temperature": Column("K", "of each facet"),

@@ -1,9 +1,17 @@
 """One coupling window: who computes first, and what is handed over.
 
 ``serial``     heat with the friction of the last window, then motion (Hua et al. 2026, Sec. 3).
+``parallel``   both from what the last window left: heat with its friction, motion with
+               temperatures that go on changing as they did. Neither waits for the other.
 ``corrected``  heat with predicted friction, motion, then heat again with the friction that the
                motion released: one more thermal solve, second order in the window, and heat
                that is deposited in the window where it arose.
+``iterated``   the last two of these again and again, until neither temperatures nor heat change
+               any more: ``coupling.iteration``.
+
+Both sides may take as many steps of their own in a window as they like (sub-cycling): motion sees
+temperatures that change linearly through it, heat sees the mean power of it. Work and heat are
+counted in joules, so that what one side gives is what the other receives, whatever their steps.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,6 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.acceleration import Columns
 from coupling.protocols import MechanicalSolver, ThermalSolver
 from coupling.transfer import Transfer
 
@@ -56,6 +65,32 @@ class Pair(NamedTuple):
     surroundings: Surroundings | None = None
 
 
+class Exchange(NamedTuple):
+    """How heat and motion agreed in the last window, and what the next one needs to know of it.
+
+    expected : (n,) float [K]  temperatures that were predicted for its end: see ``window_error``
+    rate : (n,) float [K/s]  mean rate of the temperatures
+    heat_error : float [J]  heat received less heat released, summed over the temperatures
+    iterations : int  times that motion was computed in it: 1 unless iterated
+    total : int  and in all windows so far
+    growth : int  the next window may be 2**growth times as long
+    columns : changes seen by the quasi-Newton iteration
+    """
+
+    expected: Array = np.zeros(0)
+    rate: Array = np.zeros(0)
+    heat_error: float = 0.0
+    iterations: int = 0
+    total: int = 0
+    growth: int = 1
+    columns: Columns = Columns.none()
+
+    @classmethod
+    def none(cls, T: Array) -> "Exchange":
+        """Before the first window."""
+        return cls(T.copy(), np.zeros_like(T), columns=Columns.none(len(T)))
+
+
 class Coupled(NamedTuple):
     """State of a coupled run.
 
@@ -67,6 +102,7 @@ class Coupled(NamedTuple):
     flows : mapping  heat [J] that entered through each boundary so far
     outside : mapping  what motion and time decided for the heat, at this time
     elastic : float [J]  heat that deformation released so far
+    exchange : how both sides agreed in the last window
     """
 
     T: Array
@@ -78,6 +114,21 @@ class Coupled(NamedTuple):
     flows: Mapping[str, float]
     outside: Outside
     elastic: float
+    exchange: Exchange = Exchange()
+
+    @property
+    def window_error(self) -> float:
+        """[K] largest difference between temperatures at the end of the last window and those
+        that were predicted for it.
+
+        It estimates the error of the prediction, which is of second order in the window, and so
+        is larger than that of ``corrected`` and ``iterated``, whose temperatures it corrects.
+
+        The prediction is what the motion was computed with (``corrected``, ``parallel``), the first
+        of all that it was computed with (``iterated``), or, where both are the same (``serial``),
+        the temperatures going on as before.
+        """
+        return float(np.abs(self.T - self.exchange.expected).max(initial=0.0))
 
 
 Result = tuple[Coupled | None, str]
@@ -98,7 +149,7 @@ def initial(pair: Pair, steady: bool = False, settle: bool = False) -> Coupled:
         motion = pair.motion_solver.initial(pair.transfer.read(T), rest if settle else None)
     outside = {} if pair.surroundings is None else pair.surroundings.at(0.0, motion, T)
     none = np.zeros_like(T)
-    return Coupled(T, motion, none, none.copy(), 0.0, 0.0, {}, outside, 0.0)
+    return Coupled(T, motion, none, none.copy(), 0.0, 0.0, {}, outside, 0.0, Exchange.none(T))
 
 
 def settled(pair: Pair, T: Array, t: float, motion: Any) -> Array:
@@ -125,35 +176,57 @@ def isothermal(pair: Pair, state: Coupled, t: float, h: float, observe: Observe)
 
 def serial(pair: Pair, state: Coupled, t: float, h: float, observe: Observe) -> Result:
     """Deposit what the last window released, then move."""
-    T, flows, why = _heat(pair, state, t, h, state.pending, state.outside)
+    T, flows, why = heated(pair, state, t, h, state.pending, state.outside)
     if why:
         return None, why
-    moved, why = _move(pair, state, t, h, T, observe)
+    moved, why = moving(pair, state, t, h, T, observe)
     if moved is None:
         return None, why
-    pending = moved.friction + moved.elastic
-    return _next(state, T, moved, flows, h, state.pending, pending), ""
+    left = Left(T, flows, state.pending, moved.nodal, onward(state, h))
+    return following(state, h, moved, left), ""
+
+
+def parallel(pair: Pair, state: Coupled, t: float, h: float, observe: Observe) -> Result:
+    """Deposit what the last window released; move as if temperatures went on as they did."""
+    expected = onward(state, h)
+    T, flows, why = heated(pair, state, t, h, state.pending, state.outside)
+    if why:
+        return None, why
+    moved, why = moving(pair, state, t, h, expected, observe)
+    if moved is None:
+        return None, why
+    left = Left(T, flows, state.pending, moved.nodal, expected)
+    return following(state, h, moved, left), ""
 
 
 def corrected(pair: Pair, state: Coupled, t: float, h: float, observe: Observe) -> Result:
     """Predict the heat, move, and deposit what the motion released."""
-    guess, _, why = _heat(pair, state, t, h, h * state.power, state.outside)
+    guess, _, why = heated(pair, state, t, h, h * state.power, state.outside)
     if why:
         return None, why
-    moved, why = _move(pair, state, t, h, guess, observe)
+    moved, why = moving(pair, state, t, h, guess, observe)
     if moved is None:
         return None, why
-    nodal = moved.friction + moved.elastic
-    T, flows, why = _heat(pair, state, t, h, nodal, moved.outside)
+    T, flows, why = heated(pair, state, t, h, moved.nodal, moved.outside)
     if why:
         return None, why
-    return _next(state, T, moved, flows, h, nodal, np.zeros_like(nodal)), ""
+    left = Left(T, flows, moved.nodal, np.zeros_like(T), guess)
+    return following(state, h, moved, left), ""
 
 
-SCHEMES = {"serial": serial, "corrected": corrected, "isothermal": isothermal}
+SCHEMES: dict[str, Callable[[Pair, Coupled, float, float, Observe], Result]] = {
+    "serial": serial,
+    "parallel": parallel,
+    "corrected": corrected,
+    "isothermal": isothermal,
+}
+"""Schemes without settings, by name; ``coupling.iteration`` has the other."""
 
 
-class _Moved(NamedTuple):
+# -- what schemes are made of ------------------------------------------------------------------
+
+
+class Moved(NamedTuple):
     """What a window's motion left: a state, heat (n,) [J], and what it decided for the heat."""
 
     motion: Any
@@ -161,10 +234,36 @@ class _Moved(NamedTuple):
     elastic: Array
     outside: Outside
 
+    @property
+    def nodal(self) -> Array:
+        """(n,) [J] released in all."""
+        return self.friction + self.elastic
 
-def _heat(
+
+class Left(NamedTuple):
+    """What the heat of a window leaves.
+
+    T : (n,) [K]; flows [J] through boundaries
+    deposited, pending : (n,) [J]
+    expected : (n,) [K]  temperatures as they were predicted
+    """
+
+    T: Array
+    flows: Mapping[str, float]
+    deposited: Array
+    pending: Array
+    expected: Array
+
+
+def onward(state: Coupled, h: float) -> Array:
+    """(n,) [K] after ``h``, if temperatures go on as in the last window."""
+    return state.T + h * state.exchange.rate
+
+
+def heated(
     pair: Pair, state: Coupled, t: float, h: float, heat: Array, outside: Outside
 ) -> tuple[Array, Mapping[str, float], str]:
+    """Temperatures after the window, flows [J], "" or the reason; ``heat`` (n,) [J] deposited."""
     assert pair.heat_solver is not None
     held = frozenset() if pair.surroundings is None else pair.surroundings.held
     between = {
@@ -175,10 +274,11 @@ def _heat(
     return T, flows, why and f"heat: {why}"
 
 
-def _move(
+def moving(
     pair: Pair, state: Coupled, t: float, h: float, T: Array, observe: Observe
-) -> tuple[_Moved | None, str]:
-    read, around, rows = pair.transfer.read, pair.surroundings, _Rows(observe)
+) -> tuple[Moved | None, str]:
+    """Motion through the window, at whose end temperatures are ``T`` (n,); "" or the reason."""
+    read, around, rows = pair.transfer.read, pair.surroundings, Rows(observe)
     motion, heat, why = pair.motion_solver.advance(
         state.motion, h, read(state.T), read(T), observe if around is None else rows
     )
@@ -186,17 +286,17 @@ def _move(
         return None, f"motion: {why}"
     friction = pair.transfer.deposit(heat)
     if around is None:
-        return _Moved(motion, friction, np.zeros_like(friction), {}), ""
+        return Moved(motion, friction, np.zeros_like(friction), {}), ""
     released = around.released(state.motion, motion, state.T, T)
     elastic = np.zeros_like(friction) if released is None else released
     outside = around.after(t, h, state, motion, T, rows.kept)
-    return _Moved(motion, friction, elastic, outside), ""
+    return Moved(motion, friction, elastic, outside), ""
 
 
-class _Rows:
+class Rows:
     """Observer that keeps what it sees and passes it on."""
 
-    def __init__(self, observe: Observe) -> None:
+    def __init__(self, observe: Observe = None) -> None:
         self.kept: list[Any] = []
         self._observe = observe
 
@@ -206,20 +306,17 @@ class _Rows:
             self._observe(rows)
 
 
-def _next(
-    state: Coupled,
-    T: Array,
-    moved: _Moved,
-    flows: Mapping[str, float],
-    h: float,
-    deposited: Array,
-    pending: Array,
-) -> Coupled:
-    total = {name: state.flows.get(name, 0.0) + value for name, value in flows.items()}
-    nodal = moved.friction + moved.elastic
+def following(state: Coupled, h: float, moved: Moved, left: Left) -> Coupled:
+    """State after a window of length ``h`` that began in ``state``."""
+    flows = {name: state.flows.get(name, 0.0) + value for name, value in left.flows.items()}
+    before = state.exchange
+    exchange = Exchange(
+        left.expected, (left.T - state.T) / h,
+        float(np.abs(left.deposited - moved.nodal).sum()), 1, before.total + 1, 1, before.columns,
+    )  # fmt: skip
     return Coupled(
-        T, moved.motion, nodal / h, pending,
+        left.T, moved.motion, moved.nodal / h, left.pending,
         state.released + float(moved.friction.sum()),
-        state.deposited + float(deposited.sum()), total,
-        moved.outside, state.elastic + float(moved.elastic.sum()),
+        state.deposited + float(left.deposited.sum()), flows,
+        moved.outside, state.elastic + float(moved.elastic.sum()), exchange,
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 import importlib.metadata
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -53,12 +53,32 @@ class Model:
 
     @property
     def scheme(self) -> str:
-        """Name in ``coupling.manager.SCHEMES``."""
+        """Name in ``coupling.manager.SCHEMES``, or iterated."""
         return "isothermal" if self.scene.thermal is None else self.scene.coupling.scheme
+
+    @cached_property
+    def advance(self) -> Callable[..., manager.Result]:
+        """The scheme: takes pair, state, time, length of the window and an observer."""
+        if self.scheme != "iterated":
+            return manager.SCHEMES[self.scheme]
+        from coupling.iteration import Iterated
+
+        return Iterated(**self.scene.coupling.iteration)
+
+    @cached_property
+    def pace(self) -> Any:
+        """Limits of windows (``coupling.pace.Pace``); None: all are of one length."""
+        table = self.scene.coupling.adaptive
+        if table is None or self.scene.thermal is None:
+            return None
+        from coupling.pace import Coefficients, Pace
+
+        coefficients = Coefficients(self.motion_solver.system, self.pair.transfer.read)
+        return Pace(coefficients, table.change, table.tolerance, table.iterations)
 
     @property
     def window(self) -> float:
-        """Coupling window [s]."""
+        """Coupling window [s], the largest where they adapt."""
         return self.scene.time.window
 
     @property
@@ -134,16 +154,38 @@ class Model:
 
     def bodies(self, state: Coupled) -> dict[str, dict[str, Array]]:
         """Shape, section temperatures and resultants of each body."""
-        T, system = self.sections(state), self.motion_solver.system
-        return observables.bodies(system, state.motion.motion, T, system.coefficients(T))
+        return self.shapes(state.motion.motion, self.sections(state))
+
+    def shapes(self, motion: Any, T: Array) -> dict[str, dict[str, Array]]:
+        """The same of a motion at section temperatures (m, 3); of solids as beams."""
+        system = self.motion_solver.system
+        found = observables.bodies(system, motion, T, system.coefficients(T))
+        return found | (self._solids.bodies(motion.q, T) if self._solids else {})
+
+    @cached_property
+    def _solids(self) -> Any:
+        if not self.scene.mechanics.is_continuum:
+            return None
+        from coupling.continuum_rows import SolidRows
+
+        return SolidRows(self.scene, self.motion_solver.system)
+
+    def cells(self, motion: Any, T: Array) -> dict[str, dict[str, Array]]:
+        """Positions, temperatures and stress of solids, by name."""
+        if not self._solids:
+            return {}
+        return self._solids.cells(motion, T, self.motion_solver.system.coefficients(T))
 
     def body_attributes(self) -> dict[str, dict[str, Any]]:
         """What drawing needs to know of the bodies."""
-        return observables.attributes(self.layout)
+        found = observables.attributes(self.layout)
+        return found | (self._solids.attributes() if self._solids else {})
 
     def surfaces(self) -> dict[str, dict[str, NDArray]]:
-        """Elements of the shells."""
-        return observables.surfaces(self.layout)
+        """Elements of the shells and cells of the solids, by group."""
+        shells = observables.surfaces(self.layout).items()
+        found = {f"surfaces/{name}": elements for name, elements in shells}
+        return found | (self._solids.elements() if self._solids else {})
 
     @cached_property
     def _skins(self) -> Sequence[Any]:
@@ -228,6 +270,8 @@ class Model:
                  f"{refused} refused"]  # fmt: skip
         if len(motion.motion.approach):
             parts.append(f"{np.count_nonzero(motion.motion.approach)} in contact")
+        if window.exchanges > 1:
+            parts.append(f"{window.exchanges} exchanges")
         if len(window.state.T):
             parts.append(f"{window.state.T.min():.0f}…{window.state.T.max():.0f} K")
         parts.append(f"energy defect {motion.ledger[-1]:.1e} J")

@@ -17,7 +17,7 @@ from coupling.descriptions import (
     sided_joints,
 )
 from coupling.heat_tables import Thermal
-from coupling.scene import Scene
+from coupling.scene import Coupling, Scene
 from mechanics.schemes import Scheme
 
 KINDS = (
@@ -109,6 +109,8 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
         family = type(term).__module__.split(".")[-1]
         damping = ", Kelvin–Voigt damping" if _damped(scene) else ""
         text = f"{len(term.dofs)} elements{damping}"
+        if family == "continuum":
+            text = f"{_in_3d(system, term)}{damping}"
         runs.append((f"mechanics.{family}", text))
     runs.append(
         ("mechanics.joints", f"{system.m} constraints on {system.n} coordinates" + _driven(system))
@@ -123,6 +125,14 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
             runs.append(("mechanics.statics", "equilibrium at t = 0, in which the motion begins"))
         return [*runs, (f"mechanics.{scene.integrator.scheme}", _integration(scene))]
     return [*runs, *_analysis(scene)]
+
+
+def _in_3d(system, term) -> str:
+    """Cells of a kind, and how many nodes the bodies of them have."""
+    layout = system.layout
+    nodes = sum(len(layout.node_dofs[name]) for name in dict.fromkeys(term.names))
+    places = sum("@" in name for name in layout.bodies)
+    return f"{len(term.dofs)} × {term.name}, {nodes} nodes, {places} reference points"
 
 
 CLEARANCES = {
@@ -201,9 +211,24 @@ def _coupling_runs(scene: Scene) -> list[tuple[str, str]]:
     windows = f"{scene.time.windows} windows of {scene.time.window:g} s"
     if scene.thermal is None:
         return [("coupling.isothermal", windows)]
-    exchange = {"serial": "heat, then motion", "corrected": "heat, motion, heat again"}
-    scheme = scene.coupling.scheme
-    return [(f"coupling.{scheme}", f"{windows}: {exchange[scheme]}")]
+    table = scene.coupling
+    if table.adaptive is not None:
+        limit = f"coefficients change by {table.adaptive.change:g} at most"
+        windows = f"windows of up to {scene.time.window:g} s, {limit}"
+    return [(f"coupling.{table.scheme}", f"{windows}: {_exchange(table)}")]
+
+
+def _exchange(table: Coupling) -> str:
+    """Who computes first."""
+    if table.scheme != "iterated":
+        return {
+            "serial": "heat, then motion",
+            "parallel": "heat and motion, each from what the last window left",
+            "corrected": "heat, motion, heat again",
+        }[table.scheme]
+    kind = table.acceleration or "quasi-newton"
+    how = "plain" if kind == "none" else kind
+    return f"motion and heat until they agree, {how} iteration"
 
 
 def _left_out(scene: Scene, system) -> list[str]:

@@ -24,6 +24,8 @@ from coupling.report_tables import ReportTable
 from coupling.section_tables import Section
 from coupling.site_tables import Place
 
+Ratio = Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=1.0)]
+
 ROOM_TEMPERATURE = 293.15  # [K] of a body without any temperature given
 
 
@@ -49,12 +51,52 @@ class Span(Table):
         return round(self.end / self.window)
 
 
+class Adaptive(Table):
+    """[coupling.adaptive]: windows as short as heat and motion ask for, time.window at the most."""
+
+    change: Ratio = Field(
+        default=0.01, description="largest relative change of temperature-dependent coefficients"
+    )
+    tolerance: Ratio = Field(
+        default=1e-3,
+        description="largest relative error of those coefficients by predicted temperatures",
+    )
+    iterations: Annotated[int, Count()] = Field(
+        default=8, description="of the scheme iterated; after more, windows become shorter"
+    )
+
+
 class Coupling(Table):
     """[coupling]: how heat and motion are coupled."""
 
-    scheme: Literal["serial", "corrected"] = Field(
+    scheme: Literal["serial", "parallel", "corrected", "iterated"] = Field(
         default="corrected",
-        description="serial: first order; corrected: second order in the window",
+        description="serial: heat, then motion, first order in the window; parallel: each from "
+        "what the last window left, first order; corrected: heat, motion, heat, second order; "
+        "iterated: until both agree, second order",
+    )
+    acceleration: Literal["none", "relaxation", "aitken", "quasi-newton"] | None = Field(
+        default=None, description="of iterated; default: quasi-newton"
+    )
+    relaxation: Ratio | None = Field(
+        default=None,
+        description="of iterated: factor of relaxation, first factor of aitken and quasi-newton; "
+        "default: 1, of relaxation 0.5",
+    )
+    temperature_tolerance: Ratio | None = Field(
+        default=None,
+        description="of iterated: last change of temperatures, over that in the window; "
+        "default: 1e-4",
+    )
+    heat_tolerance: Ratio | None = Field(
+        default=None,
+        description="of iterated: last change of exchanged heat, over all of it; default: 1e-4",
+    )
+    most_iterations: Annotated[int, Count(most=1000)] | None = Field(
+        default=None, description="of iterated, before the window is halved; default: 50"
+    )
+    reused_windows: Annotated[int, Count(least=0, most=1000)] | None = Field(
+        default=None, description="of quasi-newton: windows that it remembers; default: 2"
     )
     density: Literal["constant", "temperature"] = Field(
         default="constant",
@@ -64,6 +106,41 @@ class Coupling(Table):
     smallest_window: PositiveTime | None = Field(
         default=None, description="a window is halved down to this before the run stops"
     )
+    adaptive: Adaptive | None = None
+
+    def odd_values(self) -> Iterator[tuple[str, str]]:
+        if self.scheme != "iterated":
+            for key in ITERATION:
+                if getattr(self, key) is not None:
+                    yield key, f"belongs to the scheme iterated, and this one is {self.scheme}"
+            if self.adaptive and "iterations" in self.adaptive.model_fields_set:
+                text = f"belongs to the scheme iterated, and this one is {self.scheme}"
+                yield "adaptive.iterations", text
+            return
+        kind = self.acceleration or "quasi-newton"
+        if self.relaxation is not None and kind == "none":
+            yield "relaxation", "belongs to accelerations other than none"
+        if self.reused_windows is not None and kind != "quasi-newton":
+            yield "reused_windows", f"belongs to the acceleration quasi-newton, this one is {kind}"
+
+    @property
+    def iteration(self) -> dict[str, Any]:
+        """Settings of ``coupling.iteration.Iterated``: those that are given."""
+        given = {name: getattr(self, key) for key, name in ITERATION.items()}
+        if self.acceleration == "relaxation":
+            given["factor"] = given["factor"] or 0.5
+        return {name: value for name, value in given.items() if value is not None}
+
+
+ITERATION = {
+    "acceleration": "acceleration",
+    "relaxation": "factor",
+    "temperature_tolerance": "temperature_tolerance",
+    "heat_tolerance": "heat_tolerance",
+    "most_iterations": "most",
+    "reused_windows": "reused",
+}
+"""Keys of the scheme iterated, and what ``coupling.iteration`` calls them."""
 
 
 class Integrator(Table):

@@ -1,7 +1,8 @@
 """The window loop: coupling windows one after the other, halved when one cannot be done.
 
 Time is counted in whole ticks of 1/1024 window, so that windows end exactly where they should
-and no window of rounding size arises.
+and no window of rounding size arises. What the next window may be follows from the state, its tick
+and the size of the window that ended there: nothing else has to be kept to go on with a run.
 """
 
 import time
@@ -9,11 +10,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from coupling.errors import BadCase, Problem
-from coupling.manager import SCHEMES, Coupled
+from coupling.locks import holding
+from coupling.manager import Coupled
 from coupling.model import Model, build
 from coupling.recording import Recording
-from coupling.results import Recorder, Results, new_run_folder
+from coupling.results import Recorder, new_run_folder
 from coupling.scene import Scene
 
 TICKS = 1024
@@ -36,6 +37,16 @@ class Done(NamedTuple):
     h: float
     state: Coupled
     halvings: int
+
+    @property
+    def window_error(self) -> float:
+        """[K]  see ``Coupled.window_error``."""
+        return self.state.window_error
+
+    @property
+    def exchanges(self) -> int:
+        """How often motion was computed for it."""
+        return self.state.exchange.iterations
 
 
 class Start(NamedTuple):
@@ -73,32 +84,60 @@ def _nothing() -> None:
     return None
 
 
+Say = Callable[[str], None]
+
 BARE = Attempts(_nothing, None, _nothing)
 
 
 def windows(
     model: Model, state: Coupled, tick: int = 0, size: int = TICKS, attempts: Attempts = BARE
 ) -> Iterator[Done | Stopped]:
-    """Finish window after window from ``tick``, where one of ``size`` ended, to the end."""
-    advance = SCHEMES[model.scheme]
+    """Finish window after window from ``tick``, where one of ``size`` ended, to the end.
+
+    A window that cannot be done, or is too long for its ``pace``, is repeated from its state with
+    half the length.
+    """
     last = model.windows * TICKS
     while tick < last:
-        size = _aligned(tick, 2 * size)
+        size = _aligned(tick, _wanted(model, size, state.exchange.growth))
         t, halvings = _time(model, tick), 0
         while True:
             h = _time(model, tick + size) - t
             attempts.begin()
-            new, why = advance(model.pair, state, t, h, attempts.observe)
+            new, why = _tried(model, state, t, h, attempts)
             if new is not None:
                 break
             attempts.failed()
             halvings += 1
-            if size // 2 * model.window < TICKS * model.smallest_window or size == 1:
+            if not _divisible(model, size):
                 yield Stopped(t, why)
                 return
             size //= 2
         tick, state = tick + size, new
         yield Done(tick, size, _time(model, tick), h, state, halvings)
+
+
+def _tried(
+    model: Model, state: Coupled, t: float, h: float, attempts: Attempts
+) -> tuple[Coupled | None, str]:
+    """State after a window, or the reason why there is none or it may not be kept."""
+    new, why = model.advance(model.pair, state, t, h, attempts.observe)
+    if new is None or model.pace is None:
+        return new, why
+    judged, why = model.pace.judged(state, new)
+    return (None, why) if why else (judged, "")
+
+
+def _wanted(model: Model, size: int, growth: int) -> int:
+    """Ticks of the next window, after one of ``size``."""
+    if growth < 0:
+        return size // 2 if _divisible(model, size) else size
+    return size << growth
+
+
+def _divisible(model: Model, size: int) -> bool:
+    """Whether half a window is still a window."""
+    return size > 1 and size // 2 * model.window >= TICKS * model.smallest_window
 
 
 def _aligned(tick: int, size: int) -> int:
@@ -126,36 +165,43 @@ def run(
     console : rich console for progress; None: silent
     """
     from coupling.progress import Progress
+    from coupling.resume import latest
 
+    parent = folder or scene.folder / "results"
     with Progress(console) as progress:
+        place = latest(parent) if resume else None
         progress.say("building the model")
         model = build(scene)
-        parent = folder or scene.folder / "results"
-        recording, start = (_resumed if resume else _begun)(model, parent, scene)
-        progress.say("first step (kernels are compiled the first time)")
-        return _carry(model, recording, start, progress)
+        start = Start(model.initial())
+        with holding(place or new_run_folder(parent)) as place:
+            begin = _resumed if resume else _begun
+            recording, start = begin(model, place, scene, start, progress.say)
+            progress.say("first step (kernels are compiled the first time)")
+            return _carry(model, recording, start, progress)
 
 
-def _begun(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Start]:
-    start = Start(model.initial())
-    recorder = Recorder(new_run_folder(parent), model.meta(scene))
-    recording = Recording(model, recorder)
+def _begun(
+    model: Model, folder: Path, scene: Scene, start: Start, say: Say
+) -> tuple[Recording, Start]:
+    recording = Recording(model, Recorder(folder, model.meta(scene)))
     recording.start(*start)
     return recording, start
 
 
-def _resumed(model: Model, parent: Path, scene: Scene) -> tuple[Recording, Start]:
-    from coupling.resume import check_same_case, latest, restore
+def _resumed(
+    model: Model, folder: Path, scene: Scene, start: Start, say: Say
+) -> tuple[Recording, Start]:
+    from coupling.resume import remember, reopened, restored
 
-    folder = latest(parent)
-    with Results.open(folder) as results:
-        check_same_case(str(results.attributes()["scene"]), scene.text)
-    recorder = Recorder.reopen(folder)
-    recorder.attributes |= {"scene": scene.text}
+    recorder = reopened(folder, scene.text)
+    if recorder.damage:
+        say(f"{recorder.damage}; the rest is computed anew")
     saved = recorder.saved_state
     if not saved:
-        raise BadCase(str(folder), [Problem("", "the run ended before it began; start it anew")])
-    state = restore(model.initial(), saved["coupled"])
+        say("the run ended before its first state; it begins")
+        return _begun(model, folder, scene, start, say)
+    remember(model.pair.heat_solver, saved)
+    state = restored(start.state, saved, folder)
     return Recording(model, recorder), Start(state, int(saved["tick"]), int(saved["size"]))
 
 
