@@ -509,7 +509,7 @@ def report(
         str | None,
         typer.Argument(
             metavar="[NAME]",
-            help="work or newton; of the ring truss also levels, elements, integrators, exudyn, "
+            help="work, newton, or a [report.NAME] of the case; of the ring truss also levels, elements, integrators, exudyn, "
             "clearance; of contact extremes, impacts, response_amplitude; of heat extremes, "
             "shock, speed; without: all of them.",
         ),
@@ -525,17 +525,27 @@ def report(
             "also 512 000 temperatures; minutes.",
         ),
     ] = False,
+    settings: SetOption = None,
+    error: Annotated[
+        float | None,
+        typer.Option(
+            "--error",
+            metavar="NUMBER",
+            help="Of [report.NAME]: which setting is the cheapest with a smaller error.",
+        ),
+    ] = None,
 ) -> None:
     """Measure how fast and how well motion and heat are computed.
 
     Times of the parts of a step, ratios to the least possible and to full Newton; growth with
-    size; error against time; Exudyn on the same models, where it is installed.
+    size; error against time, of models of the program and as [report.NAME] of a case says; Exudyn
+    on the same models, where it is installed.
     """
     with _answering():
         from coupling.report import report as make
 
         _check_writable(output)
-        _tell(_out(), make(what, name, output, _out(), large))
+        _tell(_out(), make(what, name, output, _out(), large, settings or (), error))
 
 
 if __name__ == "__main__":
