@@ -17,10 +17,17 @@ from coupling.reports.registry import (
     load,
     reports_of,
 )
+from coupling.scene import Scene
 
 
 def report(
-    what: str, name: str | None, folder: Path, out: Console, large: bool = False
+    what: str,
+    name: str | None,
+    folder: Path,
+    out: Console,
+    large: bool = False,
+    settings: Sequence[str] = (),
+    wanted: float | None = None,
 ) -> list[Path]:
     """Make the reports of a case, or of a model of the program's own; the files that were written.
 
@@ -29,15 +36,20 @@ def report(
     what : in ``OWN``, or a case
     name : of the report; None: all that there are for it
     large : sizes that take minutes too
+    settings : changed entries of the case, such as ``time.end=20 s``
+    wanted : error under which the cheapest setting is sought; None: as the case says
 
     Raises
     ------
     BadCase : the case is faulty, or there is no such report
     """
-    files: list[Path] = []
-    for result in _results(what, _chosen(what, name), large):
-        files += publish(result, folder, out)
-    return files
+    if what in OWN:
+        made = _results(what, _chosen(what, name, ()), large)
+    else:
+        from coupling.casefile import read
+
+        made = _of_case(read(what, settings), what, name, out, wanted)
+    return [file for result in made for file in publish(result, folder, out)]
 
 
 def publish(result: Result, folder: Path, out: Console) -> list[Path]:
@@ -46,46 +58,48 @@ def publish(result: Result, folder: Path, out: Console) -> list[Path]:
     return _written(folder, result)
 
 
-def _chosen(what: str, name: str | None) -> Sequence[str]:
-    there = reports_of(what)
+def _of_case(
+    scene: Scene, what: str, name: str | None, out: Console, wanted: float | None
+) -> Iterator[Result]:
+    """The reports of a case: those of every case, then its own."""
+    for one in _chosen(what, name, tuple(scene.report)):
+        if one in OF_A_CASE:
+            yield from load(what, one)(*_system_of(scene))
+        else:
+            from coupling.reports.error_time import report as error_time
+
+            yield from error_time(scene, one, out, wanted)
+
+
+def _chosen(what: str, name: str | None, own: Sequence[str]) -> Sequence[str]:
+    there = (*reports_of(what), *own)
     if name is None:
         return there
     if name in there:
         return (name,)
     owner = next((owner for owner, names in OWN.items() if name in names), None)
     if owner is None:
-        known = dict.fromkeys(known for names in OWN.values() for known in names)
+        known = dict.fromkeys([*own, *(known for names in OWN.values() for known in names)])
         raise BadCase("report", [Problem("", unknown("report", name, known))])
     text = f"'{name}' measures models of its own: thermobody report {owner} {name}"
     raise BadCase("report", [Problem("", text)])
 
 
 def _results(what: str, names: Sequence[str], large: bool) -> Iterator[Result]:
-    system = None
     for name in names:
         make = load(what, name)
-        if what in OWN and (what, name) not in _measured(what):
+        if what == "ring_truss" and name in OF_A_CASE:
+            from coupling.reports.rings import STEP, ring
+
+            yield from make(ring(), STEP)
+        else:
             yield from make(*([large] if (what, name) in OF_MANY_SIZES else []))
-            continue
-        system = system or _system(what)
-        yield from make(*system)
 
 
-def _measured(what: str) -> set[tuple[str, str]]:
-    """Reports of a model that measure its system as they would that of a case."""
-    return {(what, name) for name in OF_A_CASE} if what == "ring_truss" else set()
-
-
-def _system(what: str) -> tuple[Any, float]:
+def _system_of(scene: Scene) -> tuple[Any, float]:
     """The system to measure, and the step [s]."""
-    if what == "ring_truss":
-        from coupling.reports.rings import STEP, ring
-
-        return ring(), STEP
-    from coupling.casefile import read
     from coupling.model import build
 
-    scene = read(what)
     return build(scene).motion_solver.system, scene.integrator.largest_step or scene.time.window
 
 
@@ -148,6 +162,8 @@ def _draw(ax: Any, picture: Picture) -> None:
     for curve, marker in zip(picture.curves, "osD^v<>phX*+" * 3, strict=False):
         style = curve.style or f"-{marker}"
         ax.plot(curve.x, curve.y, style, label=curve.label, ms=5)
+        for x, y, name in zip(curve.x, curve.y, curve.names, strict=False):
+            ax.annotate(name, (x, y), (4, 4), textcoords="offset points", fontsize=6)
     for name in picture.logarithmic:
         ax.set(**{f"{name}scale": "log"})
     ax.set_xlabel(picture.x)

@@ -43,12 +43,16 @@ Row = tuple[str | float | int, ...]
 
 
 class Curve(NamedTuple):
-    """A line of a picture: label, x, y; how matplotlib is to draw it, "": joined marks."""
+    """A line of a picture: label, x, y; how matplotlib is to draw it, "": joined marks.
+
+    names : written beside the points
+    """
 
     label: str
     x: Sequence[float] | Array
     y: Sequence[float] | Array
     style: str = ""
+    names: Sequence[str] = ()
 
 
 class Picture(NamedTuple):
