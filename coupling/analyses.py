@@ -39,7 +39,6 @@ def run(scene: Scene, folder: Path | None = None, console: Any = None) -> Outcom
     """Run the [analysis] of a case and record it; exit code 3 where there is no equilibrium."""
     model = build(scene)
     recorder = Recorder(new_run_folder(folder or scene.folder / "results"), model.meta(scene))
-    analyse = {"statics": _statics, "modes": _modes}[scene.analysis.kind]
     frames, reason = analyse(model, recorder, console)
     _record(model, recorder, frames)
     recorder.close("stopped" if reason else "done", reason)
@@ -69,7 +68,16 @@ def temperatures(model: Model) -> tuple[Array, Array]:
 Frames = list[tuple[Place, Array]]
 
 
-def _statics(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, str]:
+def analyse(model: Model, recorder: Any, console: Any) -> tuple[Frames, str]:
+    """Equilibria, or modes, of a model; "" or the reason why there are no more.
+
+    recorder : takes the frequencies of modes
+    """
+    kind = {"statics": _statics, "modes": _modes}[model.scene.analysis.kind]
+    return kind(model, recorder, console)
+
+
+def _statics(model: Model, recorder: Any, console: Any) -> tuple[Frames, str]:
     """Equilibria and the section temperatures at them; "" or the reason why there are no more."""
     from mechanics.arclength import follow
     from mechanics.statics import equilibrium
@@ -98,7 +106,7 @@ def _statics(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, st
     return [(place, T0 + place.t * (T1 - T0)) for place in places], why
 
 
-def _modes(model: Model, recorder: Recorder, console: Any) -> tuple[Frames, str]:
+def _modes(model: Model, recorder: Any, console: Any) -> tuple[Frames, str]:
     """Equilibrium at load factor 1, then one frame for each mode about it."""
     from mechanics.modes import modes
 
@@ -135,7 +143,7 @@ def _record(model: Model, recorder: Recorder, frames: Iterable[tuple[Place, Arra
     for name, attributes in model.body_attributes().items():
         recorder.describe_group(f"bodies/{name}", attributes)
     for name, elements in model.surfaces().items():
-        recorder.append_many(f"surfaces/{name}", elements)
+        recorder.append_many(name, elements)
     clock = CLOCKS[model.scene.analysis.kind]
     for group in ("frames", *(f"probes/{name}" for name in model.scene.probe)):
         recorder.declare(group, "time", "", clock.name)
@@ -145,9 +153,10 @@ def _record(model: Model, recorder: Recorder, frames: Iterable[tuple[Place, Arra
         coef = system.coefficients(T)
         if statics:
             _ledger(recorder, system, place, coef, clock)
-        rows = observables.bodies(system, place, T, coef)
-        for name, row in rows.items():
+        for name, row in model.shapes(place, T).items():
             recorder.append(f"bodies/{name}", row)
+        for name, row in model.cells(place, T).items():
+            recorder.append(f"solids/{name}", row)
         for name, row in observables.probes(model.scene, model.layout, place, T).items():
             recorder.append(f"probes/{name}", row)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 import mechanics.description as motion
 from coupling import body_tables, contact_tables, joint_tables, load_tables, section_tables
 from coupling.materials_used import material_of
-from coupling.places import edge_nodes, place_of, point_of
+from coupling.places import Place, edge_nodes, place_of, point_of
 from coupling.scene import Scene
 from coupling.site_tables import GROUND, Site
 from meshes import sections
@@ -61,7 +61,7 @@ def motion_description(scene: Scene) -> motion.Description:
     """Everything that moves."""
     gravity = (0.0, 0.0, 0.0) if scene.gravity is None else scene.gravity.acceleration
     return motion.Description(
-        [_body(scene, name) for name in scene.body],
+        _bodies(scene),
         [joint for name in scene.joint for joint in _joints(scene, name)],
         [_load(scene, name) for name in scene.load],
         np.asarray(gravity, float),
@@ -71,6 +71,20 @@ def motion_description(scene: Scene) -> motion.Description:
 
 
 # ---------------------------------------------------------------------------------- bodies
+
+
+def _bodies(scene: Scene) -> list[motion.Body]:
+    if not scene.mechanics.is_continuum:
+        return [_body(scene, name) for name in scene.body]
+    from coupling import continuum
+
+    places, found = continuum.used_places(scene), list[motion.Body]()
+    for name in scene.body:
+        if continuum.is_solid(scene, name):
+            found += continuum.bodies_of(scene, name, places.get(name, []))
+        else:
+            found.append(_body(scene, name))
+    return found
 
 
 def _body(scene: Scene, name: str) -> motion.Body:
@@ -93,7 +107,7 @@ def _body(scene: Scene, name: str) -> motion.Body:
 def _beam(scene: Scene, name: str, table: body_tables.LineBody) -> motion.Beam:
     points, axes, section, material = line_of(scene, name, table)
     return motion.Beam(
-        name, points, axes, section, material, _reference(table), table.damping, table.family,
+        name, points, axes, section, material, reference_of(table), table.damping, table.family,
         np.array(table.velocity), np.array(table.spin),
     )  # fmt: skip
 
@@ -101,14 +115,15 @@ def _beam(scene: Scene, name: str, table: body_tables.LineBody) -> motion.Beam:
 def _shell(scene: Scene, name: str, table: body_tables.ShellBody) -> motion.Shell:
     surface = scene.shapes[name].surface
     return motion.Shell(
-        name, surface, table.thickness, material_of(scene, table.material), _reference(table),
+        name, surface, table.thickness, material_of(scene, table.material), reference_of(table),
         table.damping, table.element, np.array(table.velocity), np.array(table.spin),
     )  # fmt: skip
 
 
-def _reference(
+def reference_of(
     table: body_tables.LineBody | body_tables.ShellBody | contact_tables.Loose,
 ) -> float:
+    """Temperature [K] at which a body or joint is free of thermal strain."""
     assert table.reference_temperature is not None  # filled in when the case was read
     return table.reference_temperature
 
@@ -118,7 +133,7 @@ def line_of(
 ) -> tuple[Array, Array, sections.Section, Material]:
     """Nodes, triads, section and material of a line body."""
     material = material_of(scene, table.material)
-    nu = float(material.poissons_ratio(_reference(table)))
+    nu = float(material.poissons_ratio(reference_of(table)))
     shape = scene.shapes[name]
     return shape.points, shape.axes, section_of(scene, table.section, nu), material
 
@@ -129,11 +144,21 @@ def line_of(
 def _site(scene: Scene, site: Site, elsewhere: Array | None = None) -> motion.Site:
     """A material point of a body; on the ground the given point, or one that is ``elsewhere``."""
     if site.body != GROUND:
-        node, fraction, offset = place_of(scene.shapes[site.body], site)
-        return motion.Site(site.body, node, fraction=fraction, offset=offset)
+        place = place_of(scene.shapes[site.body], site)
+        return material_point(scene, site.body, place)
     if site.position is not None:
         return motion.Site(None, position=np.array(site.position))
     return motion.Site(None, position=np.zeros(3) if elsewhere is None else elsewhere)
+
+
+def material_point(scene: Scene, body: str, place: Place) -> motion.Site:
+    """A place of a body in the words of mechanics; of a solid the cross-section there."""
+    if scene.mechanics.is_continuum:
+        from coupling import continuum
+
+        if continuum.is_solid(scene, body):
+            return continuum.site_of(scene, body, place)
+    return motion.Site(body, place.node, fraction=place.fraction, offset=place.offset)
 
 
 def position_of(scene: Scene, site: Site) -> Array | None:
@@ -205,7 +230,7 @@ def _of_one_side(
         case joint_tables.Sliding():
             return motion.Sliding(name, site, table.body, table.aligned, table.travel)
     directions = np.array(table.directions)
-    return motion.Fixing(name, table.a.body, site.node, table.vector, directions)
+    return motion.Fixing(name, site.body, site.node, table.vector, directions)
 
 
 def _of_two_sides(

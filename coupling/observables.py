@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.descriptions import material_point
 from coupling.places import place_of
 from coupling.scene import Scene
-from mechanics.description import Beam, RigidBody, Shell, Site
+from mechanics.description import Beam, Continuum, ReferencePoint, RigidBody, Shell, Site
 from mechanics.dynamics import Motion
 from mechanics.layout import Layout, family_of
 from mechanics.system import Coefficients, System
@@ -36,16 +37,23 @@ def probes(scene: Scene, layout: Layout, motion: Any, T: Array) -> dict[str, dic
     if isinstance(motion, Motion):
         fields["acceleration"] = motion.a
     for name, probe in scene.probe.items():
-        node, fraction, offset = place_of(scene.shapes[probe.body], probe)
-        side = layout.site(Site(probe.body, node, fraction=fraction, offset=offset))
+        site = material_point(scene, probe.body, place_of(scene.shapes[probe.body], probe))
+        side = layout.site(site)
         at = side.vectors[:, None] + np.arange(3)
         rows[name] = {"time": motion.t}
         rows[name] |= {key: side.weights[0] @ values[at] for key, values in fields.items()}
         if probe.body in layout.point_index:
             points = T[layout.point_index[probe.body], 0]
-            ends = points[node], points[min(node + 1, len(points) - 1)]
-            rows[name]["temperature"] = (1.0 - fraction) * ends[0] + fraction * ends[1]
+            rows[name]["temperature"] = _temperature(layout.bodies[site.body], site, points)
     return rows
+
+
+def _temperature(body: Any, site: Site, points: Array) -> float:
+    """Mean [K] of the section at a site from the temperatures (n,) of the nodes."""
+    if isinstance(body, ReferencePoint):
+        return float(np.average(points[body.nodes], weights=body.weights))
+    ends = points[site.node], points[min(site.node + 1, len(points) - 1)]
+    return float((1.0 - site.fraction) * ends[0] + site.fraction * ends[1])
 
 
 # ---------------------------------------------------------------------------------- bodies
@@ -54,12 +62,14 @@ def probes(scene: Scene, layout: Layout, motion: Any, T: Array) -> dict[str, dic
 def bodies(
     system: System, motion: Any, T: Array, coef: Coefficients
 ) -> dict[str, dict[str, Array]]:
-    """Shape, section temperatures and resultants of each body."""
+    """Shape, section temperatures and resultants of each body but solids."""
     layout = system.layout
     rows: dict[str, dict[str, Array]] = {}
     found = resultants(system, motion, coef)
     for name, first in layout.node_dofs.items():
         body, kind = layout.bodies[name], layout.kinds[name]
+        if isinstance(body, Continuum | ReferencePoint):
+            continue
         nodes = motion.q[first[:, None] + np.arange(kind)].reshape(len(first), -1, 3)
         vectors = dict(zip(family_of(body).vectors, np.moveaxis(nodes, 1, 0), strict=True))
         rows[name] = {"position": vectors["position"], "axes": _triads(body, vectors)}
@@ -78,7 +88,7 @@ def resultants(system: System, motion: Any, coef: Coefficients) -> dict[str, Arr
     v = np.concatenate([motion.v, np.zeros(system.m)])
     found: dict[str, Array] = {}
     for term, c in zip(system.terms, coef, strict=True):
-        if term in system.elements:
+        if term in system.elements and hasattr(term, "resultants"):
             values, names = term.resultants(y, v, c), np.array(term.names)
             found |= {name: values[names == name] for name in dict.fromkeys(term.names)}
     return found
@@ -125,7 +135,7 @@ def _unit(a: Array) -> Array:
 
 
 def attributes(layout: Layout) -> dict[str, dict[str, Any]]:
-    """What drawing needs to know of the bodies."""
+    """What drawing needs to know of the bodies but solids."""
     rows: dict[str, dict[str, Any]] = {}
     for name, body in layout.bodies.items():
         if isinstance(body, Beam):
@@ -138,7 +148,7 @@ def attributes(layout: Layout) -> dict[str, dict[str, Any]]:
             own = body.axes @ body.inertia @ np.asarray(body.axes).T
             rows[name] = {"section_kind": "rigid", "element": "rigid", "mass": body.mass,
                           "inertia": own}  # fmt: skip
-        else:
+        elif not isinstance(body, Continuum | ReferencePoint):
             rows[name] = {"section_kind": "point", "element": "particle", "mass": body.mass}
     return rows
 

@@ -43,6 +43,7 @@ def transfer(
     rest: Array,
     surfaces: Collection[str] = (),
     shares: Mapping[str, Array] | None = None,
+    known: Mapping[str, csr_array] | None = None,
 ) -> Transfer:
     """Build the transfer from temperatures at ``x`` to sections at ``points``.
 
@@ -55,14 +56,20 @@ def transfer(
         the other, somewhere on the normal e3
     shares : region -> (k,) float  area or volume of its temperatures, whose moments the gradients
         keep; a region that is not there: all the same
+    known : region -> (m, k)  how its points without sections read its temperatures, where that is
+        known already: rows of one sum
     """
-    weighed = shares or {}
+    weighed, known = shares or {}, known or {}
     count = 3 * len(points)
     entries: list[tuple[Indices, Indices, Array]] = []
     base = np.zeros((len(points), 3))
     base[:, 0] = rest
     for name, rows in point_regions.items():
-        if name in regions:
+        if name in regions and name in known:
+            block = known[name].tocoo()
+            base[rows, 0] = 0.0
+            entries.append((3 * rows[block.row], regions[name][block.col], block.data))
+        elif name in regions:
             own, at = regions[name], (points[rows], axes[rows])
             if name in surfaces:
                 block = _surface(x[own], *at)
@@ -152,11 +159,11 @@ def _profiles(s: Array, y: Array, z: Array, shares: Array) -> tuple[Array, Array
     stations = np.array([s[g].mean() for g in groups])
     profiles = np.zeros((len(groups), 3, len(s)))
     for k, g in enumerate(groups):
-        profiles[k][:, g] = _fit(y[g], z[g], shares[g])
+        profiles[k][:, g] = weighted_fit(y[g], z[g], shares[g])
     return stations, profiles
 
 
-def _fit(y: Array, z: Array, shares: Array) -> Array:
+def weighted_fit(y: Array, z: Array, shares: Array) -> Array:
     """(3, k) weighted least-squares map from k temperatures to the mean and the two gradients.
 
     Corners of quadratic elements have negative shares and are left out.

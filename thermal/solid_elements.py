@@ -56,7 +56,7 @@ def shape(family: str, degree: int) -> Shape:
     from skfem.quadrature import get_quadrature
 
     X, weights = get_quadrature(_element(family).refdom, degree)
-    return Shape(*_functions(family, X), weights)
+    return Shape(*functions(family, X), weights)
 
 
 @cache
@@ -64,7 +64,7 @@ def at_corners(family: str) -> Shape:
     """Functions of a family of order 1 at its own nodes, with equal weights."""
     nodes = reference(family)
     weights = np.full(len(nodes), 1.0 / len(nodes))
-    return Shape(*_functions(family, nodes.T), weights)
+    return Shape(*functions(family, nodes.T), weights)
 
 
 def _element(family: str):
@@ -73,7 +73,7 @@ def _element(family: str):
     return getattr(skfem, ELEMENTS[family])()
 
 
-def _functions(family: str, X: Array) -> tuple[Array, Array]:
+def functions(family: str, X: Array) -> tuple[Array, Array]:
     """Values (q, n) and slopes (q, n, d), the nodes in meshio's order, at X (d, q)."""
     element = _element(family)
     far = np.linalg.norm(element.doflocs[None] - reference(family)[:, None], axis=2)
