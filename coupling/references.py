@@ -7,6 +7,7 @@ a table that is there but faulty is left alone: the fault has been reported wher
 from collections.abc import Iterator
 
 from coupling.body_tables import LineBody, ShellBody
+from coupling.continuum_references import check_mechanics
 from coupling.crosscheck_tables import check_crosscheck
 from coupling.draft import Draft
 from coupling.errors import Problem, unknown
@@ -27,6 +28,7 @@ def check(draft: Draft) -> list[Problem]:
         *found,
         *_probes(draft),
         *check_heat(draft),
+        *check_mechanics(draft),
         *check_ranges(draft),
         *check_reports(draft),
         *check_crosscheck(draft),
