@@ -4,6 +4,7 @@ A report runs the case under many settings and compares chosen quantities with a
 numbers that are known. ``thermobody report CASE NAME`` makes it; a run takes no notice of it.
 """
 
+import re
 from collections.abc import Iterator
 from itertools import product
 from typing import Annotated, Any, Literal, NamedTuple
@@ -159,7 +160,11 @@ class ReportTable(Varied):
 
 def said(overrides: Overrides) -> str:
     """Overrides in words, by the last key of each path."""
-    return ", ".join(
-        f"{path.rpartition('.')[2]} {value if isinstance(value, str) else literal(value)}"
-        for path, value in overrides.items()
-    )
+    return ", ".join(f"{path.rpartition('.')[2]} {_short(v)}" for path, v in overrides.items())
+
+
+def _short(value: Any) -> str:
+    """A value, numbers as they are written by hand."""
+    if isinstance(value, float):
+        return re.sub(r"e([+-])0*", lambda m: "e" + m[1].strip("+"), f"{value:g}")
+    return value if isinstance(value, str) else literal(value)

@@ -279,8 +279,9 @@ def _picture(table: ReportTable, key: str, points: Sequence[Point], seen: _Seen)
     for name in dict.fromkeys(point.variant.curve for point in points):
         of_it = [p for p in points if p.variant.curve == name and _drawable(p, key)]
         x, y = [p.ran.least for p in of_it], [p.errors[key] for p in of_it]
-        marks = [p.variant.name for p in of_it]
-        curves.append(Curve(name or "settings", x, y, names=marks))
+        along, marks = _marks([p.variant.name for p in of_it])
+        label = ", ".join(filter(None, (name, along and f"by {along}")))
+        curves.append(Curve(label or "settings", x, y, names=marks))
     front = _front([(p.ran.least, p.errors[key]) for p in points if _drawable(p, key)])
     if len(front) > 2:
         curves.append(Curve("best", [t for t, _ in front], [e for _, e in front], "k:"))
@@ -292,6 +293,14 @@ def _picture(table: ReportTable, key: str, points: Sequence[Point], seen: _Seen)
     if limit > 0.0 and times:
         curves.append(Curve("of the reference", [min(times), max(times)], [limit, limit], "--"))
     return Picture("run time [s]", f"error of {key} [-]", curves)
+
+
+def _marks(names: Sequence[str]) -> tuple[str, list[str]]:
+    """What changes along a curve, if it is one thing, and what is written beside its points."""
+    parts = [name.partition(" ") for name in names]
+    if len({key for key, *_ in parts}) != 1 or any("," in name for name in names):
+        return "", list(names)
+    return parts[0][0], [text for *_, text in parts]
 
 
 def _drawable(point: Point, key: str) -> bool:
