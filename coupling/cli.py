@@ -510,8 +510,8 @@ def report(
         typer.Argument(
             metavar="[NAME]",
             help="work, newton, or a [report.NAME] of the case; of the ring truss also levels, "
-            "elements, integrators, exudyn, clearance; of contact extremes, impacts, response_amplitude; of heat extremes, "
-            "shock, speed; without: all of them.",
+            "elements, integrators, exudyn, clearance; of contact extremes, impacts, "
+            "response_amplitude; of heat extremes, shock, speed; without: all of them.",
         ),
     ] = None,
     output: Annotated[
