@@ -13,6 +13,7 @@ import time
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ FILE_NAME = "journal"
 FIRST = b"thermobody journal 1\n"
 LENGTHS = struct.Struct("<QQI")  # of the text and of the arrays in bytes; checksum of both
 MARK = "\0"  # begins the text that stands for an array
+PLAIN = {str, int, float, bool, type(None)}
 SYNC_SHARE = 100.0
 """Time between two calls that bring the journal to the disk, in durations of the last one."""
 
@@ -124,30 +126,39 @@ def _whole(data: memoryview, at: int) -> Iterator[dict[str, Any] | None]:
 
 
 def packed(record: Mapping[str, Any]) -> bytes:
-    """A record as bytes; TypeError with the place of what cannot be kept."""
+    """A record as bytes; TypeError for what cannot be kept."""
     arrays: list[bytes] = []
-    text = json.dumps(_flat(record, arrays, ""), separators=(",", ":")).encode()
+    text = json.dumps(_flat(record, arrays), separators=(",", ":")).encode()
     body = b"".join(arrays)
     lengths = len(text), len(body), zlib.crc32(body, zlib.crc32(text))
     return b"".join((LENGTHS.pack(*lengths), text, body))
 
 
-def _flat(value: Any, arrays: list[bytes], where: str) -> Any:
+def _flat(value: Any, arrays: list[bytes]) -> Any:
     """What JSON can write of a value; its arrays go to the list."""
-    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+    kind = type(value)
+    if kind is np.ndarray and value.dtype.kind in "biuf":
         arrays.append(value.tobytes())
-        return f"{MARK}{value.dtype.str}{value.shape}"
-    if isinstance(value, np.generic):
-        value = value.item()
-    if value is None or isinstance(value, str | int | float):
+        return _stand_in(value.dtype, value.shape)
+    if kind in PLAIN:
         return value
+    if kind is dict:
+        return {key: _flat(part, arrays) for key, part in value.items()}
     if hasattr(value, "_fields"):
-        value = dict(zip(value._fields, value, strict=True))
+        return {key: _flat(part, arrays) for key, part in zip(value._fields, value, strict=True)}
     if isinstance(value, Mapping):
-        return {key: _flat(part, arrays, f"{where}/{key}") for key, part in value.items()}
+        return _flat(dict(value), arrays)
+    if isinstance(value, np.generic):
+        return value.item()
     if isinstance(value, Sequence) and not isinstance(value, bytes):
-        return [_flat(part, arrays, f"{where}/{k:06d}") for k, part in enumerate(value)]
-    raise TypeError(f"{where}: cannot store a {type(value).__name__}")
+        return [_flat(part, arrays) for part in value]
+    raise TypeError(f"cannot store a {kind.__name__}")
+
+
+@lru_cache(maxsize=4096)
+def _stand_in(dtype: np.dtype[Any], shape: tuple[int, ...]) -> str:
+    """The text that stands for an array; see ``_unpacked``."""
+    return f"{MARK}{dtype.str}{shape}"
 
 
 def _unpacked(value: Any, arrays: memoryview, at: list[int]) -> Any:

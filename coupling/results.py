@@ -112,16 +112,6 @@ class Recorder:
         recorder._recover()
         return recorder
 
-    def _recover(self) -> None:
-        """Take what the journal says."""
-        found, self.damage = records(self.path.parent, str(self.attributes.get(JOURNAL, "")))
-        for record in found:
-            for group, rows in record["rows"].items():
-                self.append_many(group, rows)
-            self._state = record["state"]
-            self._accept()
-        self._recovered = len(found)
-
     def _prepare(self, folder: Path, max_rows: int) -> None:
         self.path = Path(folder) / FILE_NAME
         self.max_rows = max_rows
@@ -137,6 +127,16 @@ class Recorder:
         self.damage = ""
         self._written = -np.inf
         self._duration = 0.0
+
+    def _recover(self) -> None:
+        """Take what the journal says."""
+        found, self.damage = records(self.path.parent, str(self.attributes.get(JOURNAL, "")))
+        for record in found:
+            for group, rows in record["rows"].items():
+                self.append_many(group, rows)
+            self._state = record["state"]
+            self._accept()
+        self._recovered = len(found)
 
     def declare(
         self, group: str, name: str, unit: str, description: str, dtype: Any = np.float64

@@ -42,8 +42,11 @@ class Compressed:
 
     def matrix(self, values: Array) -> csr_array:
         """The sparse matrix."""
-        shape = (self.size, self.size)
-        return csr_array((self.data(values), self.columns, self.starts), shape=shape)
+        return self.stored(self.data(values))
+
+    def stored(self, data: Array) -> csr_array:
+        """The same of its stored entries (nnz,)."""
+        return csr_array((data, self.columns, self.starts), shape=(self.size, self.size))
 
     def bandwidth(self) -> int:
         """Largest distance of an entry from the diagonal, in Cuthill & McKee's order (1969)."""

@@ -1,7 +1,7 @@
 """Transient and steady heat on a discretisation in space: ``Heat``."""
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from thermal.description import DEFAULT, Description, Settings
 from thermal.discretisation import Discretisation, Face
 from thermal.layout import given_nodes
 from thermal.limits import Limits, watched
-from thermal.linear import Linear, linear_solver
+from thermal.linear import Linear, Recalling, linear_solver
 from thermal.stages import System
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Heat:
             settings.linear, len(self.x), self.free, np.concatenate(rows), np.concatenate(columns)
         )
         self._temperatures = [nodes for nodes in self.regions.values() if len(nodes)]
-        self.kept: dict[float, Callable[[Array], Array]] = {}
+        self.kept: dict[float, Any] = {}
         self.taken, self.error = 0, 0.0
 
     def initial(self) -> Array:
@@ -107,6 +107,23 @@ class Heat:
         """Solver of (dE/dT - tau dF/dT) x = r among the free temperatures."""
         own = self.space.tangent(T, tau)
         return self.linear.factorise(np.concatenate([own, tau * self._boundary.slopes(T, at)]))
+
+    def memory(self) -> Mapping[str, Any]:
+        """What later intervals depend on beside the temperatures; {} where that is nothing.
+
+        Solvers that end before round-off go on with tangents and multigrid of earlier intervals.
+        """
+        if not isinstance(self.linear, Recalling):
+            return {}
+        kept = {str(tau): solve.data for tau, solve in self.kept.items()}
+        return {"kept": kept, "linear": self.linear.memory()}
+
+    def remember(self, memory: Mapping[str, Any]) -> None:
+        """Become as the solver was that told its ``memory``."""
+        if memory and isinstance(self.linear, Recalling):
+            self.linear.remember(memory["linear"])
+            kept = {float(tau): data for tau, data in memory["kept"].items()}
+            self.kept = {tau: self.linear.prepared(data) for tau, data in kept.items()}
 
     def senseless(self, t: float) -> str:
         """What the conditions ask for at ``t`` that cannot be, or ""."""

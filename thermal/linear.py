@@ -1,7 +1,7 @@
 """Linear systems of heat: a matrix of fixed pattern, and who solves it."""
 
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,26 @@ class Linear(Protocol):
 
     def factorise(self, values: Array) -> Callable[[Array], Array]:
         """Solver x = A^-1 r of the free unknowns, from the entries (k,) of the matrix."""
+        ...
+
+
+@runtime_checkable
+class Recalling(Protocol):
+    """Of those whose solutions depend on earlier ones: so that a resumed run finds the same.
+
+    What ``prepared`` gives has the stored entries of its matrix as ``data``.
+    """
+
+    def memory(self) -> dict[str, Any]:
+        """What later solutions depend on beside their matrices: arrays, numbers, texts."""
+        ...
+
+    def remember(self, memory: Mapping[str, Any]) -> None:
+        """Become as the solver was that told its ``memory``."""
+        ...
+
+    def prepared(self, data: Array) -> Any:
+        """Solver of systems with the matrix of the stored entries ``data``."""
         ...
 
 

@@ -11,7 +11,8 @@ capacity large or small; it takes the tangent as it is, which k(T) makes slightl
 Everything sums in a fixed order: results do not depend on the number of threads.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from math import inf
 from typing import Any, NamedTuple
@@ -54,6 +55,7 @@ class Multigrid:
         self._rows = Compressed(n, free, rows, columns)
         self._empty = rows_of(self._rows.matrix(np.ones(len(rows))))
         self._below: Coarser | None = None
+        self._made_of = np.empty(0)
         self._fresh = True
         self._least = self._surplus = 0
         self._most: dict[str, float] = dict.fromkeys(KINDS, FEW)
@@ -62,20 +64,45 @@ class Multigrid:
 
     def factorise(self, values: Array) -> Operator:
         """Solver of linear systems with the matrix."""
-        A = self._rows.matrix(values)
-        if self.fallen_back:
-            return symmetric_factors(A)
-        finest, sums = with_entries(self._empty, A.data)
         if self._surplus > SURPLUS:
             self._below = None
-        return lambda r: balanced(self._solve(A, finest, r), r, sums)
+        return self.prepared(self._rows.data(values))
+
+    def prepared(self, data: Array) -> "Prepared":
+        """The same of the stored entries (nnz,)."""
+        A = self._rows.stored(data)
+        finest, sums = with_entries(self._empty, data)
+        solve = symmetric_factors(A) if self.fallen_back else partial(self._solve, A, finest)
+        return Prepared(lambda r: balanced(solve(r), r, sums), data)
+
+    def memory(self) -> dict[str, Any]:
+        """What later solutions depend on beside their matrices."""
+        found: dict[str, Any] = {
+            name: getattr(self, f"_{name}") for name in ("fresh", "least", "surplus")
+        }
+        found |= {"most": list(self._most.values()), "fallen_back": self.fallen_back}
+        if self._below is not None:
+            found |= {"kind": self.built[-1], "made_of": self._made_of}
+        return found
+
+    def remember(self, memory: Mapping[str, Any]) -> None:
+        """Become as the solver was that told its ``memory``."""
+        if not memory:
+            return
+        self.fallen_back, self._below = bool(memory["fallen_back"]), None
+        if "kind" in memory:
+            data = np.asarray(memory["made_of"], float)
+            self._build(self._rows.stored(data), str(memory["kind"]))
+        self._fresh = bool(memory["fresh"])
+        self._least, self._surplus = int(memory["least"]), int(memory["surplus"])
+        self._most = dict(zip(KINDS, map(float, memory["most"]), strict=True))
 
     def _solve(self, A: csr_array, finest: Rows, r: Array) -> Array:
         """By the hierarchy at hand, by new ones, or directly."""
         if not r.any():
             return np.zeros_like(r)
         while self._below is not None or min(self._most.values()) < inf:
-            below = self._below or self._build(A)
+            below = self._below or self._build(A, self._promising())
             x, product, self.iterations, converged = gmres(partial(cycle, finest, below), r)
             if converged and _honest(finest, r - product, x):
                 self._count()
@@ -86,10 +113,13 @@ class Multigrid:
         self.fallen_back = True
         return symmetric_factors(A)(r)
 
-    def _build(self, A: csr_array) -> Coarser:
-        """A hierarchy of the kind that took the fewer iterations."""
-        kind = min(self._most, key=lambda kind: self._most[kind])
+    def _promising(self) -> str:
+        """The kind of hierarchy that took the fewer iterations."""
+        return min(self._most, key=lambda kind: self._most[kind])
+
+    def _build(self, A: csr_array, kind: str) -> Coarser:
         self._below, self._fresh, self._most[kind] = KINDS[kind](A), True, 0
+        self._made_of = A.data
         self.built.append(kind)
         return self._below
 
@@ -99,6 +129,17 @@ class Multigrid:
         self._surplus = 0 if self._fresh else self._surplus + max(0, taken - self._least - SLACK)
         self._most[kind] = max(self._most[kind], taken)
         self._fresh = False
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Solver of systems with one matrix, and its stored entries (nnz,)."""
+
+    solve: Operator
+    data: Array
+
+    def __call__(self, r: Array) -> Array:
+        return self.solve(r)
 
 
 def balanced(x: Array, r: Array, sums: Array) -> Array:
