@@ -8,9 +8,6 @@ the temperatures at the end of each increment, so that the balance closes to wha
 resolves, not to round-off.
 """
 
-import os
-import shutil
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -33,6 +30,7 @@ from thermal.calculix_deck import (
 )
 from thermal.calculix_loads import Loads, Window
 from thermal.calculix_model import assemble, refusals
+from thermal.calculix_program import executed, program
 from thermal.calculix_solids import elements, solid_space
 from thermal.check import check
 from thermal.composite import compose
@@ -45,8 +43,6 @@ from thermal.lumps import LumpSpace
 
 Array = NDArray[np.float64]
 
-PROGRAM = "THERMOBODY_CCX"
-"""Environment variable that names the program, if it is not the ccx of the search path."""
 PATIENCE = 3600.0  # [s] with one window, unless a solver has less
 SAMPLES = 33  # times at which histories are taken within a window of increments of CalculiX's own
 BEND = 100.0  # [K] scale on which a temperature bends: relates change and error of an increment
@@ -74,7 +70,7 @@ class CalculixHeat:
 
     def __init__(self, description: Description, settings: Settings = DEFAULT) -> None:
         check(description)
-        self._program = _program()
+        self._program = program()
         _refuse(refusals(description, settings))
         self.settings = settings
         self.space = _space(description, settings)
@@ -155,7 +151,7 @@ class CalculixHeat:
         with TemporaryDirectory(prefix="thermobody-ccx-") as folder:
             job = Path(folder) / "heat"
             job.with_suffix(".inp").write_text("\n".join(deck))
-            said, code = _executed(self._program, job, self.patience)
+            said, code = executed(self._program, job, self.patience)
             try:
                 if code:
                     raise ValueError(f"it ended with code {code}")
@@ -215,17 +211,6 @@ class CalculixHeat:
 NO_RESULTS = calculix_results.Results(np.empty(0), np.empty((0, 0)), False)
 
 
-def _program() -> str:
-    named = os.environ.get(PROGRAM, "ccx")
-    found = shutil.which(named)
-    if found is None:
-        raise ValueError(
-            f"ccx is not installed: there is no program '{named}'; "
-            f"install calculix-ccx, or name it in the environment variable {PROGRAM}"
-        )
-    return found
-
-
 def _refuse(problems: Sequence[str]) -> None:
     if problems:
         raise ValueError("\n  ".join(["CalculiX cannot express this:", *problems]))
@@ -237,27 +222,6 @@ def _space(d: Description, settings: Settings) -> Discretisation:
     lumps = {p.name for p in d.parts}
     bodies = {m.name for m in d.members} | {s.name for s in d.sheets} | {s.name for s in d.solids}
     return compose(d, [(solid_space(settings), bodies), (LumpSpace, lumps)])
-
-
-def _executed(program: str, job: Path, patience: float) -> tuple[str, int]:
-    """What it said and its exit code; on one thread, as sums over threads vary."""
-    threads = {"OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1"}
-    try:
-        done = subprocess.run(
-            [program, job.name],
-            cwd=job.parent,
-            env=os.environ | threads,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-            timeout=patience,
-        )
-    except OSError as error:
-        return str(error), 1
-    except subprocess.TimeoutExpired:
-        return f"it was still at work after {patience:g} s", 1
-    return done.stdout + done.stderr, done.returncode
 
 
 def _require_whole(found: calculix_results.Results, h: float) -> None:
