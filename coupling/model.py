@@ -379,10 +379,20 @@ def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manag
     x, regions = (
         (np.zeros((0, 3)), {}) if heat_solver is None else (heat_solver.x, heat_solver.regions)
     )
+    weights = shares(scene, heat_solver)
     return transfer(
         x, regions, motion_solver.x, motion_solver.axes, motion_solver.regions, rest, shells(scene),
-        shares(scene, heat_solver),
+        weights, _of_solids(scene, heat_solver, weights),
     )  # fmt: skip
+
+
+def _of_solids(scene: Scene, heat_solver: Any, weights: dict[str, Array]) -> dict[str, Any]:
+    """How the nodes of solids read temperatures."""
+    if not scene.mechanics.is_continuum or heat_solver is None:
+        return {}
+    from coupling.continuum_transfer import readings
+
+    return readings(scene, heat_solver, weights)
 
 
 def _versions() -> dict[str, str]:
