@@ -227,13 +227,13 @@ def add_force(y, v, coef, ints, floats, out):
     pin, moving, x, u = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
     phi, r, total, c = np.empty(9), np.empty(8), np.zeros(9), np.empty(SLOT)
     V, n, T, new = np.empty(3), np.empty(3), np.empty(3), np.empty(7)
-    count, q, l = ints[COUNT], ints[POINTS], ints[NODES]
+    count, q, size = ints[COUNT], ints[POINTS], ints[NODES]
     _pin(y, ints, floats, True, pin)
     _pin(v, ints, floats, False, moving)
     for f in range(ints[FACETS]):
         nodes = _facet(ints, f)
         for j in range(q):
-            values = floats[SHAPES + l * j : SHAPES + l * (j + 1)]
+            values = floats[SHAPES + size * j : SHAPES + size * (j + 1)]
             _stand(y, v, nodes, values, pin, moving, x, u)
             _load(coef, 1 + q * f + j, c)
             if not _point(c, floats, x, u, r, phi, V, n, T, new):
@@ -242,10 +242,10 @@ def add_force(y, v, coef, ints, floats, out):
                 total[i] += phi[i]
                 total[3 + i] -= phi[3 + i]
                 total[6 + i] -= phi[6 + i]
-                for k in range(l):
+                for k in range(size):
                     out[nodes[k] + i] -= values[k] * phi[i]
     spread = np.zeros(3 * count)
-    expand(total, 0, floats[SHAPES + q * l :], count, spread, 0)
+    expand(total, 0, floats[SHAPES + q * size :], count, spread, 0)
     for k in range(count):
         for i in range(3):
             out[ints[VECTORS + k] + i] += spread[3 * k + i]
@@ -271,26 +271,26 @@ def _carry(J, values, weights, count, B, A, block):
 
     B : (9, k) of numbers, each for x, y and z;  A : (3, k) the same by r, p, s of d, p, s
     """
-    l = values.size
+    size = values.size
     A[:] = 0.0
-    for k in range(l):
+    for k in range(size):
         A[0, k] = values[k]
     for k in range(count):
-        A[0, l + k] = -weights[3 * k]
-        A[1, l + k], A[2, l + k] = weights[3 * k + 1], weights[3 * k + 2]
-    for b in range(l + count):  # J B
+        A[0, size + k] = -weights[3 * k]
+        A[1, size + k], A[2, size + k] = weights[3 * k + 1], weights[3 * k + 2]
+    for b in range(size + count):  # J B
         for i in range(9):
             for t in range(3):
                 total = 0.0
                 for m in range(3):
                     total += J[i, 3 * m + t] * A[m, b]
                 B[i, 3 * b + t] = total
-    for a in range(l + count):
+    for a in range(size + count):
         for m in range(3):
             w = A[m, a]
             if w != 0.0:
                 for i in range(3):
-                    for j in range(3 * (l + count)):
+                    for j in range(3 * (size + count)):
                         block[3 * a + i, j] += w * B[3 * m + i, j]
 
 
@@ -305,15 +305,15 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     V, n, T, new = np.empty(3), np.empty(3), np.empty(3), np.empty(7)
     bent, others = np.empty((4, 9), np.complex128), np.empty((3, 3), np.complex128)
     newc = np.empty(7, np.complex128)
-    count, q, l = ints[COUNT], ints[POINTS], ints[NODES]
-    width = 3 * (l + count)
-    A, B, block = np.empty((3, l + count)), np.empty((9, width)), np.empty((width, width))
+    count, q, size = ints[COUNT], ints[POINTS], ints[NODES]
+    width = 3 * (size + count)
+    A, B, block = np.empty((3, size + count)), np.empty((9, width)), np.empty((width, width))
     _pin(y, ints, floats, True, pin)
     _pin(v, ints, floats, False, moving)
     for f in range(ints[FACETS]):
         nodes, found = _facet(ints, f), False
         for j in range(q):
-            values = floats[SHAPES + l * j : SHAPES + l * (j + 1)]
+            values = floats[SHAPES + size * j : SHAPES + size * (j + 1)]
             _stand(y, v, nodes, values, pin, moving, x, u)
             _load(coef, 1 + q * f + j, c)
             if not _point(c, floats, x, u, r, phi, V, n, T, new):
@@ -325,7 +325,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
                 c, floats, x, u, cK, cC, J, bent[0], bent[1], bent[2], bent[3],
                 others[0], others[1], others[2], newc,
             )  # fmt: skip
-            _carry(J, values, floats[SHAPES + q * l :], count, B, A, block)
+            _carry(J, values, floats[SHAPES + q * size :], count, B, A, block)
         if found:
             for i in range(width):
                 for j in range(width):
@@ -348,7 +348,7 @@ def _respond(y, v, coef, ints, floats, response, history):
     pin, moving, x, u = np.empty(9), np.empty(9), np.empty(9), np.empty(9)
     phi, r, c, push = np.empty(9), np.empty(8), np.empty(SLOT), np.zeros(3)
     V, n, T = np.empty(3), np.empty(3), np.empty(3)
-    q, l = ints[POINTS], ints[NODES]
+    q, size = ints[POINTS], ints[NODES]
     whole = response[0]
     whole[:] = 0.0
     history[0, :] = 0.0
@@ -359,7 +359,7 @@ def _respond(y, v, coef, ints, floats, response, history):
     for f in range(ints[FACETS]):
         nodes = _facet(ints, f)
         for j in range(q):
-            at, values = 1 + q * f + j, floats[SHAPES + l * j : SHAPES + l * (j + 1)]
+            at, values = 1 + q * f + j, floats[SHAPES + size * j : SHAPES + size * (j + 1)]
             _stand(y, v, nodes, values, pin, moving, x, u)
             _load(coef, at, c)
             acts = _point(c, floats, x, u, r, phi, V, n, T, history[at])
