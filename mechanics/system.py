@@ -18,6 +18,7 @@ from scipy.sparse import csr_array, kron
 from mechanics import factor, march
 from mechanics.assembly import pattern
 from mechanics.description import (
+    BoreContact,
     Bushing,
     Clearance,
     Description,
@@ -298,7 +299,8 @@ def _springs(description: Description, layout: Layout, first_row: int) -> list:
 def _contacts(description: Description, layout: Layout) -> list:
     """Terms of joints with clearance, imported (and compiled) only when there are some."""
     found = []
-    for kinds, module in ((Clearance, "clearance"), (Telescope, "telescope")):
+    modules = (Clearance, "clearance"), (Telescope, "telescope"), (BoreContact, "bore")
+    for kinds, module in modules:
         loose = [j for j in description.joints if isinstance(j, kinds)]
         if loose:
             found += import_module(f"mechanics.{module}").build(loose, layout)
