@@ -114,15 +114,14 @@ def _whole(data: memoryview, at: int) -> Iterator[dict[str, Any] | None]:
     """Record after record; None for a damaged one, the last."""
     while at + LENGTHS.size <= len(data):
         text, arrays, checksum = LENGTHS.unpack_from(data, at)
-        at += LENGTHS.size
-        body = data[at : at + text + arrays]
-        if len(body) < text + arrays:
+        end = at + LENGTHS.size + text + arrays
+        if end > len(data):
             return
-        if zlib.crc32(body) != checksum:
+        if zlib.crc32(data[at + LENGTHS.size : end]) != checksum:
             yield None
             return
-        yield _unpacked(json.loads(bytes(body[:text])), body[text:], [0])
-        at += len(body)
+        yield unpacked(data[at:end])
+        at = end
 
 
 def packed(record: Mapping[str, Any]) -> bytes:
@@ -157,11 +156,18 @@ def _flat(value: Any, arrays: list[bytes]) -> Any:
 
 @lru_cache(maxsize=4096)
 def _stand_in(dtype: np.dtype[Any], shape: tuple[int, ...]) -> str:
-    """The text that stands for an array; see ``_unpacked``."""
+    """The text that stands for an array; see ``_deep``."""
     return f"{MARK}{dtype.str}{shape}"
 
 
-def _unpacked(value: Any, arrays: memoryview, at: list[int]) -> Any:
+def unpacked(record: bytes | memoryview) -> dict[str, Any]:
+    """What was packed; named tuples come back as dictionaries."""
+    text = LENGTHS.unpack_from(record)[0]
+    body = memoryview(record)[LENGTHS.size :]
+    return _deep(json.loads(bytes(body[:text])), body[text:], [0])
+
+
+def _deep(value: Any, arrays: memoryview, at: list[int]) -> Any:
     """The value again; ``at`` counts the bytes of the arrays that are read."""
     if isinstance(value, str) and value.startswith(MARK):
         kind, _, shape = value[1:].partition("(")
@@ -171,7 +177,7 @@ def _unpacked(value: Any, arrays: memoryview, at: list[int]) -> Any:
         at[0] += dtype.itemsize * int(np.prod(sizes, dtype=np.int64))
         return np.frombuffer(arrays[begin : at[0]], dtype).reshape(sizes).copy()
     if isinstance(value, dict):
-        return {key: _unpacked(part, arrays, at) for key, part in value.items()}
+        return {key: _deep(part, arrays, at) for key, part in value.items()}
     if isinstance(value, list):
-        return [_unpacked(part, arrays, at) for part in value]
+        return [_deep(part, arrays, at) for part in value]
     return value

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
+from run_folders import assert_same, assert_same_results, consistent
 from scipy.sparse import csr_array
 
 from coupling import casefile, simulation
@@ -193,51 +194,6 @@ def arm(**changes):
 
 def rod(text=ROD):
     return casefile.from_text(text, ROOT)
-
-
-def consistent(folder):
-    """Read everything of a run; tables of one clock have rows of equal number."""
-    with Results.open(folder) as results:
-        groups = {g: results.table(g) for g in results.groups()}
-        state, attributes = results.read_state(), results.attributes()
-    for group, table in groups.items():
-        assert len({len(column) for column in table.values()}) <= 1, group
-        if "time" in table:
-            assert np.all(np.diff(table["time"]) > 0), group
-    if not state:  # killed before the state at t = 0 was written
-        assert not groups
-        return groups, state, attributes
-    t = state["coupled"]["motion"]["motion"]["t"]
-    rows = len(groups["windows"]["time"]) if "windows" in groups else 0
-    assert rows == (len(groups["ledger"]["kinetic"]) if rows else 0)
-    if rows:
-        assert groups["windows"]["time"][-1] == t
-    for group, table in groups.items():
-        if group.startswith("probes/"):
-            assert len(table["time"]) == rows + 1 and table["time"][-1] == t
-        if group.startswith("joints/") and table:
-            assert len(table["time"]) == groups["windows"]["steps"].sum()
-            assert table["time"][-1] == t
-        if group.startswith("bodies/"):
-            assert len(table["position"]) == len(groups["frames"]["time"])
-    return groups, state, attributes
-
-
-def assert_same(a, b, where=""):
-    """Equal bit for bit, through nested records; clocks on the wall may differ."""
-    if isinstance(a, dict):
-        assert a.keys() == b.keys(), where
-        for key in a:
-            if key != "wall_time":
-                assert_same(a[key], b[key], f"{where}/{key}")
-    else:
-        assert np.array_equal(a, b), where
-
-
-def assert_same_results(a, b):
-    (ours, state, _), (theirs, expected, _) = consistent(a.folder), consistent(b.folder)
-    assert_same(state, expected)
-    assert_same(ours, theirs)
 
 
 @pytest.fixture(scope="module")
