@@ -43,10 +43,8 @@ class Columns(NamedTuple):
 
     def with_newest(self, residual: Array, result: Array) -> "Columns":
         """With one more change of this window."""
-        residuals, results = (
-            np.concatenate([new[None], old])
-            for new, old in ((residual, self.residuals), (result, self.results))
-        )
+        residuals = np.vstack([residual, self.residuals.reshape(-1, len(residual))])
+        results = np.vstack([result, self.results.reshape(-1, len(result))])
         return Columns(residuals, results, np.concatenate([[0], self.ages]), self.length)
 
     def only(self, kept: NDArray) -> "Columns":

@@ -1,104 +1,32 @@
 """Coupling schemes on two small equations: order, roll back, account of the heat."""
 
-from types import MappingProxyType
-from typing import NamedTuple
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from coupled_pairs import CAPACITY, OUTSIDE, START, Cup, Slider, exact, pair, run
 from scipy.sparse import csr_array
 
-from coupling.manager import Pair, corrected, initial, isothermal, serial
+from coupling.iteration import Iterated
+from coupling.manager import Pair, corrected, initial, isothermal, parallel, serial
 from coupling.transfer import Transfer
 
-CAPACITY, LOSS, OUTSIDE, START = 2.0, 0.6, 10.0, 10.5
-END = 2.0
+ITERATED = Iterated(temperature_tolerance=1e-8, heat_tolerance=1e-8)
+SECOND = [corrected, ITERATED]
+FIRST = [serial, parallel]
+COUPLED = [*FIRST, *SECOND]
 
 
-def resistance(T):
-    """Drag [N s/m] that falls with temperature."""
-    return 3.0 * np.exp(-0.3 * (T - OUTSIDE))
-
-
-def push(t):
-    return 4.0 + 3.0 * np.sin(2.0 * t)
-
-
-class Cup:
-    """C T' = loss (outside - T) + heat/h, solved exactly."""
-
-    x = np.zeros((1, 3))
-    regions = MappingProxyType({"slider": np.array([0])})
-
-    def initial(self):
-        return np.array([START])
-
-    def energy(self, T):
-        return CAPACITY * float(T[0])
-
-    def advance(self, T, t, h, heat, outside=None):
-        settled = OUTSIDE + heat / h / LOSS
-        end = settled + (T - settled) * np.exp(-LOSS / CAPACITY * h)
-        return end, {"air": CAPACITY * float((end - T)[0]) - float(heat[0])}, ""
-
-
-class Sliding(NamedTuple):
-    t: float
-    v: float
-    lost: float
-
-
-class Slider:
-    """v' = push - r(T) v with T linear over the window; r v^2 becomes heat."""
-
-    x = np.zeros((1, 3))
-    axes = np.zeros((1, 3, 3))
-    regions = MappingProxyType({"slider": np.array([0])})
-
-    def initial(self, T):
-        return Sliding(0.0, 1.0, 0.0)
-
-    def advance(self, state, h, T0, T1, observe=None):
-        def rates(t, y):
-            s = (t - state.t) / h
-            r = resistance((1.0 - s) * T0[0, 0] + s * T1[0, 0])
-            return [push(t) - r * y[0], r * y[0] ** 2]
-
-        end = solve_ivp(rates, (state.t, state.t + h), [state.v, 0.0], rtol=1e-11, atol=1e-13)
-        v, lost = end.y[:, -1]
-        return Sliding(state.t + h, v, state.lost + lost), np.array([lost]), ""
-
-
-def pair():
-    read = csr_array(np.array([[1.0], [0.0], [0.0]]))
-    return Pair(Cup(), Slider(), Transfer(read, np.zeros((1, 3))))
-
-
-def run(scheme, windows, solvers=None):
-    solvers = solvers or pair()
-    state, h = initial(solvers), END / windows
-    for k in range(windows):
-        new, why = scheme(solvers, state, k * h, h, None)
-        assert why == ""
-        state = new
-    return state
-
-
-@pytest.fixture(scope="module")
-def exact():
+@pytest.fixture(scope="module", name="exact")
+def exact_end():
     """Speed and temperature at the end, both equations solved together."""
-
-    def rates(t, y):
-        r = resistance(y[1])
-        return [push(t) - r * y[0], (LOSS * (OUTSIDE - y[1]) + r * y[0] ** 2) / CAPACITY]
-
-    return solve_ivp(rates, (0.0, END), [1.0, START], rtol=1e-12, atol=1e-12).y[:, -1]
+    return exact()
 
 
 # ------------------------------------------------------------------------------------- order
 
 
-@pytest.mark.parametrize(("scheme", "order"), [(serial, 1.0), (corrected, 2.0)])
+@pytest.mark.parametrize(
+    ("scheme", "order"), [*((s, 1.0) for s in FIRST), *((s, 2.0) for s in SECOND)]
+)
 def test_order_in_the_window(scheme, order, exact):
     errors = []
     for windows in (16, 32, 64):
@@ -117,10 +45,63 @@ def test_the_exchange_matters(exact):
     assert alone.T[0] == START
 
 
+@pytest.mark.parametrize("acceleration", ["none", "relaxation", "aitken", "quasi-newton"])
+def test_what_is_iterated_to_does_not_depend_on_the_acceleration(acceleration):
+    factor = 0.7 if acceleration == "relaxation" else 1.0
+    scheme = Iterated(1e-9, 1e-9, acceleration=acceleration, factor=factor)
+    found, other = run(scheme, 8), run(ITERATED, 8)
+    np.testing.assert_allclose(found.T, other.T, rtol=1e-9)
+    assert found.motion.v == pytest.approx(other.motion.v, rel=1e-7)
+
+
+def test_neither_side_of_parallel_waits_for_the_other():
+    """Heat and motion are given the same whatever the other side has just done."""
+    start, _ = parallel(pair(), initial(pair()), 0.0, 0.1, None)
+
+    class Hotter(Cup):
+        def advance(self, T, t, h, heat, outside=None):
+            T, flows, why = super().advance(T, t, h, heat, outside)
+            return T + 5.0, flows, why
+
+    one, _ = parallel(pair(), start, 0.1, 0.1, None)
+    two, _ = parallel(pair()._replace(heat_solver=Hotter()), start, 0.1, 0.1, None)
+    assert one.motion == two.motion and two.T[0] == one.T[0] + 5.0
+
+
+# --------------------------------------------------------------------- the error of a prediction
+
+
+@pytest.mark.parametrize("scheme", COUPLED)
+def test_the_window_error_is_of_second_order(scheme):
+    sizes = []
+    for windows in (32, 64, 128):
+        sizes.append(run(scheme, windows).window_error)
+    assert np.log2(sizes[1] / sizes[2]) == pytest.approx(2.0, abs=0.3)
+
+
+@pytest.mark.parametrize("scheme", SECOND)
+def test_the_sum_of_window_errors_bounds_the_error_of_the_end(scheme, exact):
+    """What the prediction misses is more than what is left once it has been corrected."""
+    solvers, state, total = pair(), initial(pair()), 0.0
+    for k in range(32):
+        state, _ = scheme(solvers, state, k / 16.0, 1.0 / 16.0, None)
+        total += state.window_error
+    assert abs(state.T[0] - exact[1]) < total < 1.0
+
+
+def test_iterations_are_counted_window_by_window_and_in_all():
+    solvers, state, total = pair(), initial(pair()), 0
+    for k in range(4):
+        state, _ = ITERATED(solvers, state, 0.1 * k, 0.1, None)
+        total += state.exchange.iterations
+    assert state.exchange.total == total > 4
+    assert run(corrected, 4).exchange.total == 4
+
+
 # -------------------------------------------------------------------------- account of the heat
 
 
-@pytest.mark.parametrize("scheme", [serial, corrected])
+@pytest.mark.parametrize("scheme", COUPLED)
 def test_released_heat_is_deposited_or_pending(scheme):
     state = run(scheme, 16)
     assert state.released == pytest.approx(state.motion.lost, rel=1e-13)
@@ -128,20 +109,24 @@ def test_released_heat_is_deposited_or_pending(scheme):
     assert state.deposited + state.pending.sum() == pytest.approx(state.released, rel=1e-13)
 
 
-def test_serial_deposits_the_heat_of_the_window_before():
+@pytest.mark.parametrize("scheme", FIRST)
+def test_explicit_schemes_deposit_the_heat_of_the_window_before(scheme):
     solvers, state = pair(), initial(pair())
-    first, _ = serial(solvers, state, 0.0, 0.1, None)
+    first, _ = scheme(solvers, state, 0.0, 0.1, None)
     assert first.deposited == 0.0 and first.pending.sum() == first.released > 0.0
-    second, _ = serial(solvers, first, 0.1, 0.1, None)
+    second, _ = scheme(solvers, first, 0.1, 0.1, None)
     assert second.deposited == first.released
+    late = abs(second.released - 2.0 * first.released)
+    assert second.exchange.heat_error == pytest.approx(late, rel=1e-12)
 
 
-def test_corrected_deposits_the_heat_where_it_arose():
-    state = run(corrected, 16)
+@pytest.mark.parametrize("scheme", SECOND)
+def test_the_others_deposit_the_heat_where_it_arose(scheme):
+    state = run(scheme, 16)
     assert state.deposited == state.released and not state.pending.any()
 
 
-@pytest.mark.parametrize("scheme", [serial, corrected])
+@pytest.mark.parametrize("scheme", COUPLED)
 def test_stored_heat_is_what_was_deposited_and_what_came_through_boundaries(scheme):
     state = run(scheme, 16)
     stored = CAPACITY * (state.T[0] - START)
@@ -149,7 +134,7 @@ def test_stored_heat_is_what_was_deposited_and_what_came_through_boundaries(sche
     assert stored == pytest.approx(state.deposited + state.flows["air"], rel=1e-12)
 
 
-@pytest.mark.parametrize("scheme", [serial, corrected])
+@pytest.mark.parametrize("scheme", COUPLED)
 def test_heat_waits_where_windows_have_different_lengths(scheme):
     solvers = pair()
     state, t = initial(solvers), 0.0
@@ -189,6 +174,9 @@ class Refusing:
     def initial(self, *given):
         return self.solver.initial(*given)
 
+    def energy(self, T):
+        return self.solver.energy(T)
+
     def advance(self, *given):
         self.calls -= 1
         *result, why = self.solver.advance(*given)
@@ -200,6 +188,10 @@ class Refusing:
     [
         (serial, 1, 9, "heat: no more"),
         (serial, 9, 1, "motion: no more"),
+        (parallel, 1, 9, "heat: no more"),
+        (parallel, 9, 1, "motion: no more"),
+        (ITERATED, 2, 9, "heat: no more"),
+        (ITERATED, 9, 2, "motion: no more"),
         (corrected, 1, 9, "heat: no more"),
         (corrected, 2, 9, "heat: no more"),
         (corrected, 9, 1, "motion: no more"),
@@ -224,7 +216,7 @@ def test_an_isothermal_refusal_gives_the_reason():
     assert new is None and why == "no more"
 
 
-@pytest.mark.parametrize("scheme", [serial, corrected])
+@pytest.mark.parametrize("scheme", COUPLED)
 def test_after_a_refusal_a_shorter_window_gives_what_it_would_have_given_at_once(scheme):
     solvers = pair()
     start, _ = scheme(solvers, initial(solvers), 0.0, 0.1, None)
@@ -235,7 +227,7 @@ def test_after_a_refusal_a_shorter_window_gives_what_it_would_have_given_at_once
     assert again.motion == at_once.motion and np.array_equal(again.T, at_once.T)
 
 
-@pytest.mark.parametrize("scheme", [serial, corrected, isothermal])
+@pytest.mark.parametrize("scheme", [serial, parallel, corrected, isothermal])
 def test_the_observer_reaches_the_motion(scheme):
     class Watched(Slider):
         def advance(self, state, h, T0, T1, observe=None):
