@@ -136,7 +136,7 @@ def deck(scene: Scene, heat: History, options: Options = DEFAULT) -> Deck:
         raise BadCase(
             str(scene.folder), [Problem("", f"not in a CalculiX deck: {p}") for p in problems]
         )
-    sites = {name: _site(scene, name) for name in scene.probe}
+    sites = {name: site_of(scene, name) for name in scene.probe}
     bodies = meshed(d, [*_sites(d), *sites.values()], options.fineness)
     return _Writer(scene, d, bodies, heat, options, sites).deck()
 
@@ -156,7 +156,8 @@ def fineness_of(scene: Scene) -> Fineness:
     )
 
 
-def _site(scene: Scene, probe: str) -> Site:
+def site_of(scene: Scene, probe: str) -> Site:
+    """The material point of a probe."""
     table = scene.probe[probe]
     node, fraction, offset = place_of(scene.shapes[table.body], table)
     return Site(table.body, node, fraction=fraction, offset=offset)

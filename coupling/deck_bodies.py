@@ -105,10 +105,10 @@ def meshed(d: Description, sites: Iterable[Site], fineness: Fineness) -> dict[st
 
 def _beam(body: Beam, first: int, places: list[float], fineness: Fineness) -> Meshed:
     count = len(body.points) - 1
-    wanted = np.concatenate([np.linspace(0.0, count, count * fineness.refine + 1), places])
-    wanted = np.sort(np.where(wanted < 0.0, wanted + count + 1, wanted))
-    stations = wanted[np.diff(wanted, prepend=-1.0) > SAME]
-    points, axes = _line(np.asarray(body.points, float), np.asarray(body.axes, float), stations)
+    stations = stations_of(count, fineness.refine, places)
+    points, axes = line_between(
+        np.asarray(body.points, float), np.asarray(body.axes, float), stations
+    )
     mesh = member_mesh(points, axes, body.section, fineness.around, fineness.layers,
                        family=fineness.family)  # fmt: skip
     cells = mesh.cells[fineness.family]
@@ -123,7 +123,14 @@ def _beam(body: Beam, first: int, places: list[float], fineness: Fineness) -> Me
     )
 
 
-def _line(points: Array, axes: Array, at: Array) -> tuple[Array, Array]:
+def stations_of(count: int, refine: int, places: list[float]) -> Array:
+    """(m,)  a grid on ``count`` elements and other places in it; negative ones count from the end."""
+    wanted = np.concatenate([np.linspace(0.0, count, count * refine + 1), places])
+    wanted = np.sort(np.where(wanted < 0.0, wanted + count + 1, wanted))
+    return wanted[np.diff(wanted, prepend=-1.0) > SAME]
+
+
+def line_between(points: Array, axes: Array, at: Array) -> tuple[Array, Array]:
     """Points and axes of a beam at places between its nodes."""
     nodes = np.arange(len(points), dtype=float)
     if len(at) == len(nodes):
@@ -211,7 +218,7 @@ def _plane(m: Meshed, station: int) -> Section:
     nodes, places = np.unique(face, return_inverse=True)
     at = np.einsum("qn,fnc->fqc", own.values, y)
     assert isinstance(m.body, Beam)
-    axes = _line(np.asarray(m.body.points), np.asarray(m.body.axes), m.stations)[1][station]
+    axes = line_between(np.asarray(m.body.points), np.asarray(m.body.axes), m.stations)[1][station]
 
     def moment(of: Array) -> Array:
         shares = np.einsum("fq,qn->fn", areas * of, own.values).ravel()

@@ -1,10 +1,9 @@
 """A scene computed by CalculiX, where it is installed: an outside opinion, stage by stage."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,38 +11,13 @@ from numpy.typing import NDArray
 from coupling.deck import Deck, History, Options, beams_of, deck, fineness_of
 from coupling.deck_results import Printed, read
 from coupling.errors import BadCase, Problem
+from coupling.opinion import Opinion, at_rest
 from coupling.scene import Scene
 
 Array = NDArray[np.float64]
 
 PATIENCE = 3600.0  # [s] with one job
-VERSION = "CalculiX"
-
-
-class Opinion(NamedTuple):
-    """What another program makes of a scene at one stage; what it was not asked for is empty.
-
-    dof : int  displacements;  seconds : float [s]  run time of the program
-    mass : float [kg]
-    displacements : probe -> (3,) [m]  at rest
-    reaction : (3,) float [N]  of the ground on all that is held
-    frequencies : (m,) float [Hz]
-    times : (k,) float [s];  courses : probe -> (k, 3) [m]  displacement over time
-    temperatures : probe -> [K]  at the end
-    warnings : what is not to be trusted
-    """
-
-    program: str
-    dof: int
-    seconds: float
-    mass: float = float("nan")
-    displacements: Mapping[str, Array] = {}
-    reaction: Array = np.empty(0)
-    frequencies: Array = np.empty(0)
-    times: Array = np.empty(0)
-    courses: Mapping[str, Array] = {}
-    temperatures: Mapping[str, float] = {}
-    warnings: tuple[str, ...] = ()
+NAME = "CalculiX"
 
 
 def solved(made: Deck, patience: float = PATIENCE) -> tuple[Printed, float]:
@@ -91,11 +65,6 @@ def opinion(scene: Scene, stage: str, options: Options | None = None) -> Opinion
         raise BadCase(str(scene.folder), [Problem("", str(error))]) from None
 
 
-def _as(scene: Scene, kind: str, **changes: object) -> Scene:
-    analysis = scene.analysis.model_copy(update={"kind": kind, "start": "reference"} | changes)
-    return scene.model_copy(update={"analysis": analysis})
-
-
 def _heat(scene: Scene) -> History:
     from coupling.deck_heat import history
     from coupling.model import build
@@ -110,7 +79,7 @@ def _made(scene: Scene, options: Options) -> Deck:
 def _at_rest(scene: Scene, options: Options) -> Opinion:
     if scene.analysis.kind == "dynamics":
         options = options._replace(moment=scene.time.end)
-    made = _made(_as(scene, "statics"), options)
+    made = _made(at_rest(scene, "statics"), options)
     found, seconds = solved(made)
     moved = {name: course[-1] for name, course in courses(made, found).items()}
     reaction = found.reaction[-1] if len(found.reaction) else np.zeros(3)
@@ -124,7 +93,7 @@ def _expanded(scene: Scene, options: Options) -> Opinion:
 def _frequencies(scene: Scene, options: Options) -> Opinion:
     if scene.analysis.kind == "dynamics":
         options = options._replace(moment=scene.time.end)
-    made = _made(_as(scene, "modes"), options)
+    made = _made(at_rest(scene, "modes"), options)
     found, seconds = solved(made)
     return _opinion(made, found, seconds)._replace(frequencies=found.frequencies)
 
@@ -150,7 +119,7 @@ def _opinion(made: Deck, found: Printed, seconds: float) -> Opinion:
     densities = np.array([m.body.material.density for m in made.bodies.values()])
     mass = float(densities @ found.volumes) if len(found.volumes) == len(densities) else np.nan
     return Opinion(
-        VERSION, 3 * made.n, seconds, mass, temperatures=dict(made.temperatures),
+        NAME, 3 * made.n, seconds, mass, temperatures=dict(made.temperatures),
         warnings=tuple(made.warnings),
     )  # fmt: skip
 

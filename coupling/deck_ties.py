@@ -68,7 +68,7 @@ def refusals(d: Description, large: bool) -> list[str]:
     for joint in d.joints:
         name = f"joint '{joint.name}'"
         if not isinstance(joint, JOINTS):
-            found.append(f"{name}: a {_kind(joint)} is no linear equation")
+            found.append(f"{name}: a {kind_of(joint)} is no linear equation")
         elif getattr(joint, "angle", None) or getattr(joint, "travel", None):
             found.append(f"{name}: it is driven, and equations of a deck hold a zero")
         else:
@@ -78,7 +78,8 @@ def refusals(d: Description, large: bool) -> list[str]:
     return found
 
 
-def _kind(thing: object) -> str:
+def kind_of(thing: object) -> str:
+    """What a description is called in words, such as "rigid body"."""
     letters = [f" {c.lower()}" if c.isupper() else c for c in type(thing).__name__]
     return "".join(letters).strip()
 
@@ -192,7 +193,7 @@ def _held(joint: motion.Joint, s: Section) -> list[tuple[What, Array]]:
             return [("position", e) for e in _across(_unit(joint.axis))] + _orientation(s)
         case motion.Planar():
             return [("position", _unit(joint.normal)), *_about(s, _unit(joint.normal))]
-    raise TypeError(f"no equations of a {_kind(joint)}")
+    raise TypeError(f"no equations of a {kind_of(joint)}")
 
 
 def _orientation(s: Section) -> list[tuple[What, Array]]:

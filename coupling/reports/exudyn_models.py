@@ -68,7 +68,7 @@ class Model(NamedTuple):
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Without warnings of names that newer versions of Exudyn call otherwise."""
     with catch_warnings():
         simplefilter("ignore", DeprecationWarning)
@@ -110,7 +110,7 @@ def settings(h: float, steps: int, modified: bool, dense: bool = False) -> Any:
 
 def size(make: Callable[[], Model]) -> int:
     """Number of second-order coordinates of a model."""
-    with _quiet():
+    with quiet():
         return make().coordinates
 
 
@@ -121,7 +121,7 @@ def solved(make: Callable[[], Model], h: float, steps: int, modified: bool, dens
     ------
     RuntimeError : Exudyn could not finish
     """
-    with _quiet():
+    with quiet():
         model, chosen = make(), settings(h, steps, modified, dense)
         chosen.timeIntegration.generalizedAlpha.computeInitialAccelerations = not model.settled
         begun = perf_counter()
