@@ -79,6 +79,9 @@ def _answering() -> Iterator[None]:
     except BadCase as error:
         _complain(str(error))
         raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        _complain(f"stopped: {error}")
+        raise typer.Exit(STOPPED) from None
     except KeyboardInterrupt:
         _complain("interrupted")
         raise typer.Exit(INTERRUPTED) from None
@@ -154,6 +157,9 @@ def run(
 def _run(scene: "Scene", parent: Path, resume: bool) -> None:
     from coupling import simulation
 
+    if resume and scene.analysis.kind != "dynamics":
+        text = f"an analysis of {scene.analysis.kind} is not resumed; leave out --resume"
+        raise BadCase("--resume", [Problem("analysis.kind", text)])
     out = _out()
     try:
         if scene.analysis.kind == "dynamics":
