@@ -21,7 +21,7 @@ from coupling.errors import BadCase
 from coupling.manager import Coupled, Pair, isothermal
 from coupling.model import build
 from coupling.overrides import parse
-from coupling.results import Recorder, Results, new_run_folder
+from coupling.results import Recorder, new_run_folder
 from coupling.simulation import TICKS, Done, Stopped, windows
 from coupling.transfer import Transfer
 
