@@ -26,7 +26,8 @@ def export(results_path: Path | str, format: str = "pvd") -> list[Path]:
 
     ``run.pvd`` opens in ParaView as a time series of two blocks: the surfaces of all bodies
     and, when there are joints with clearance, two points for each of their contacts, the centres
-    of journal and bearing there; where skins were recorded, their facets are a third.
+    of journal and bearing there; where skins were recorded, their facets are a third; where beams
+    were computed as solids, their cells are another.
     """
     if format not in FORMATS:
         raise ValueError(f"format '{format}': expected one of {', '.join(FORMATS)}")
@@ -43,6 +44,8 @@ def _write_pvd(results: Results) -> list[Path]:
     folder.mkdir(exist_ok=True)
     joints = _Joints(results, bodies)
     files = [(frame, 0, _write_bodies(folder, bodies, frame)) for frame in range(len(times))]
+    if results.names("solids"):
+        files += [(frame, 3, _write_solids(folder, results, frame)) for frame in range(len(times))]
     if results.names("skins"):
         files += [(frame, 2, _write_skins(folder, results, frame)) for frame in range(len(times))]
     if joints.places:
@@ -67,6 +70,33 @@ def _write_skins(folder: Path, results: Results, frame: int) -> Path:
     cells = [("quad", np.arange(4 * len(corners)).reshape(-1, 4))]
     mesh = meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=fields)
     return _write(mesh, folder / f"skins_{frame:05d}.vtu")
+
+
+def _write_solids(folder: Path, results: Results, frame: int) -> Path:
+    """Cells of solids with displacement, temperature [K] and equivalent stress [Pa]."""
+    names = results.names("solids")
+    tables = [results.table(f"solids/{name}") for name in names]
+    cells: dict[str, list[Indices]] = {}
+    stress: dict[str, list[Array]] = {}
+    start = 0
+    for name, table in zip(names, tables, strict=True):
+        own = results[f"cells/{name}/cells"]
+        family = f"hexahedron{own.shape[1]}"
+        cells.setdefault(family, []).append(start + own)
+        stress.setdefault(family, []).append(table["stress"][frame])
+        start += table["position"].shape[1]
+    points = np.concatenate([table["position"][frame] for table in tables])
+    rest = np.concatenate([table["position"][0] for table in tables])
+    mesh = meshio.Mesh(
+        points,
+        [(family, np.concatenate(parts)) for family, parts in cells.items()],
+        {
+            "displacement": points - rest,
+            "temperature": np.concatenate([table["temperature"][frame] for table in tables]),
+        },
+        {"von_mises_stress": [np.concatenate(parts) for parts in stress.values()]},
+    )
+    return _write(mesh, folder / f"solids_{frame:05d}.vtu")
 
 
 def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
@@ -165,13 +195,13 @@ def _write(mesh: meshio.Mesh, path: Path) -> Path:
 
 def _remove_others(folder: Path, kept: set[Path]) -> None:
     """Delete files of an earlier export that had more frames."""
-    for pattern in ("bodies_*.vtu", "joints_*.vtu", "skins_*.vtu"):
+    for pattern in ("bodies_*.vtu", "joints_*.vtu", "skins_*.vtu", "solids_*.vtu"):
         for path in set(folder.glob(pattern)) - kept:
             path.unlink()
 
 
 def _index(times: Array, files: list[tuple[int, int, Path]]) -> str:
-    names = ("bodies", "joints", "skins")
+    names = ("bodies", "joints", "skins", "solids")
     entries = [
         f'    <DataSet timestep="{float(times[frame])!r}" part="{part}" name="{names[part]}" '
         f"file={quoteattr(f'{FOLDER}/{path.name}')}/>"

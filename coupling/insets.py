@@ -78,7 +78,8 @@ def _orbit_inset(ax: "Axes", joint: str, table: dict[str, Array]) -> None:
 def _section_inset(ax: "Axes", body: Body, colouring: Colouring) -> None:
     """Temperature around the section at both ends and in the middle, in the last frame."""
     assert body.section is not None
-    wall = surface(body, len(body.position) - 1).temperature.reshape(-1, AROUND)
+    beam = body._replace(facets=None)
+    wall = surface(beam, len(body.position) - 1).temperature.reshape(-1, AROUND)
     outline = body.section.outline(AROUND)
     size = float(np.ptp(outline, axis=0).max())
     for k, (name, station) in enumerate((("start", 0), ("middle", len(wall) // 2), ("end", -1))):

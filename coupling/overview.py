@@ -108,7 +108,12 @@ def _round_down(value: float) -> float:
 def _enlarged(body: Body, frames: list[int], factor: float) -> Body:
     """The chosen frames of a body, its displacements since the first one enlarged."""
     position = body.position[0] + factor * (body.position[frames] - body.position[0])
-    axes, patches = body.axes[frames], body.patches
+    axes, patches, facets = body.axes[frames], body.patches, body.facets
+    if facets is not None:
+        away = facets.position[frames] - facets.position[0]
+        facets = facets._replace(
+            position=facets.position[0] + factor * away, temperature=facets.temperature[frames]
+        )
     if patches is not None and patches.slopes is not None:
         start = patches.slopes[0]
         patches = patches._replace(slopes=start + factor * (patches.slopes[frames] - start))
@@ -120,6 +125,7 @@ def _enlarged(body: Body, frames: list[int], factor: float) -> Body:
         temperature=None if body.temperature is None else body.temperature[frames],
         resultants=None if body.resultants is None else body.resultants[frames],
         patches=patches,
+        facets=facets,
     )
 
 

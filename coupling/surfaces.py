@@ -28,6 +28,18 @@ class Patches(NamedTuple):
     slopes: Array | None
 
 
+class Facets(NamedTuple):
+    """Boundary of a beam that was computed as a solid, as recorded.
+
+    position : (f, n, 3) float [m];  temperature : (f, n) float [K]
+    quads : (k, 4) int  four of each facet, with its middle
+    """
+
+    position: Array
+    temperature: Array
+    quads: Indices
+
+
 class Body(NamedTuple):
     """History of one body as recorded.
 
@@ -39,6 +51,7 @@ class Body(NamedTuple):
     patches : elements of a shell
     box : (3, 3) float | None [m]  of a rigid body: rows are half edges of a solid box of the same
         inertia, along its axes e1, e2, e3
+    facets : of a beam that was computed as a solid
     """
 
     name: str
@@ -49,6 +62,7 @@ class Body(NamedTuple):
     section: Section | None
     patches: Patches | None = None
     box: Array | None = None
+    facets: Facets | None = None
 
     @property
     def is_point(self) -> bool:
@@ -98,7 +112,9 @@ def surface(body: Body, frame: int) -> Surface:
     points, quads = _drawn(body, frame)
     unknown = np.full(len(points), np.nan)
     temperature = stress = resultants = gradient = None
-    if body.section is not None:
+    if body.facets is not None:
+        temperature = body.facets.temperature[frame]
+    elif body.section is not None:
         stations = len(points) // AROUND
         temperature = _wall_temperature(body, frame, stations)
         stress = _axial_stress(body, frame, stations)
@@ -171,6 +187,8 @@ def _stations(nodes: int, pieces: int) -> tuple[Indices, Array]:
 
 def _drawn(body: Body, frame: int) -> tuple[Array, Indices]:
     """Points (m, 3) [m] and quads (k, 4) of what is drawn of a body."""
+    if body.facets is not None:
+        return body.facets.position[frame], body.facets.quads
     if body.patches is not None:
         from coupling import patches
 
@@ -259,7 +277,28 @@ def _read_body(results: Results, name: str) -> Body:
         _section(known),
         _patches(results, name, table),
         box,
+        _facets(results, name),
     )
+
+
+def _facets(results: Results, name: str) -> Facets | None:
+    """The boundary of a solid, with the middles of its facets after the nodes."""
+    table = results.table(f"solids/{name}")
+    if not table:
+        return None
+    facets = results[f"facets/{name}/facets"]
+    position, T = table["position"], table["temperature"]
+    count = position.shape[1]
+    middle = count + np.arange(len(facets))
+    both = np.concatenate([position, T[:, :, None]], axis=2)
+    # where a quadratic facet of eight nodes has its middle
+    added = 0.5 * both[:, facets[:, 4:8]].sum(axis=2) - 0.25 * both[:, facets[:, :4]].sum(axis=2)
+    both = np.concatenate([both, added], axis=1)
+    quads = [
+        np.stack([facets[:, i], facets[:, 4 + i], middle, facets[:, 4 + (i + 3) % 4]], axis=1)
+        for i in range(4)
+    ]
+    return Facets(both[:, :, :3], both[:, :, 3], np.concatenate(quads))
 
 
 def _patches(results: Results, name: str, table: dict[str, Array]) -> Patches | None:
