@@ -176,9 +176,21 @@ def _run(scene: "Scene", parent: Path, resume: bool) -> None:
         raise typer.Exit(STOPPED) from None
     if outcome.code != DONE:
         _complain(outcome.reason)
+    _say_error(outcome.folder / "results.h5", scene, out)
     _write_what_was_asked(scene, outcome.folder / "results.h5", out)
     out.print(f"results in {outcome.folder}", markup=False)
     raise typer.Exit(outcome.code)
+
+
+def _say_error(results: Path, scene: "Scene | None", out: Console) -> None:
+    """One line about the errors in time of a run, where they have been estimated."""
+    from coupling.error_estimate import kept, said
+    from coupling.reading import Results
+
+    with Results.open(results) as opened:
+        found = kept(opened.attributes())
+    if found is not None:
+        out.print(said(found, scene), markup=False)
 
 
 def _check_writable(folder: Path) -> None:
@@ -332,16 +344,44 @@ def export(
     format: Annotated[
         Format, typer.Option("--format", help="pvd: a .vtu per frame; vtkhdf: one file.")
     ] = Format.pvd,
+    deck: Annotated[
+        bool,
+        typer.Option(
+            "--deck", help="Instead, write the scene of a CASE for CalculiX, as a 3D continuum."
+        ),
+    ] = False,
+    linear: Annotated[bool, typer.Option("--linear", help="Of a deck: small rotations.")] = False,
+    settings: SetOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", metavar="FILE", help="Of a deck; default: results/deck.inp."),
+    ] = None,
 ) -> None:
-    """Write the results of a run for ParaView.
+    """Write the results of a run for ParaView, or with --deck a case for CalculiX.
 
     Deformed bodies with temperature, stress and the state of their contacts, next to results.h5.
+    A deck says in comments what it leaves out; what it cannot express is refused by name.
     """
+    if deck:
+        with _answering():
+            _export_deck(result, settings, output, linear)
+        return
     with _answering(), _reading(result):
         file = _results(result)
         from coupling.export import export as write
 
         _tell(_out(), write(file, format.value))
+
+
+def _export_deck(case: Path, settings: list[str] | None, output: Path | None, linear: bool) -> None:
+    from coupling import casefile
+
+    scene = casefile.read(case, settings or ())
+    from coupling.deck_export import NAME, export_deck
+
+    file = output or scene.folder / "results" / NAME
+    _check_writable(file.parent)
+    _tell(_out(), export_deck(scene, file, linear, _out()))
 
 
 @app.command(epilog="Example:  thermobody plot cases/arm_rotation")
@@ -355,6 +395,7 @@ def plot(result: ResultArgument) -> None:
         file = _results(result)
         from coupling.plot import plot as draw
 
+        _say_error(file, None, _out())
         _tell(_out(), draw(file))
 
 

@@ -26,6 +26,8 @@ STANDARD: dict[str, dict[str, Column]] = {
         "factorisations": Column("", "factorised Jacobians", np.int64),
         "halvings": Column("", "rejected attempts at this window", np.int64),
         "exchanges": Column("", "times that motion was computed for it", np.int64),
+        "motion_error": Column("", "sum of the estimated local errors of the steps of the motion"),
+        "heat_error": Column("K", "sum of the estimated local errors of the steps of the heat"),
         "window_error": Column("K", "predicted less found temperatures, largest"),
         "wall_time": Column("s", "elapsed time on the clock"),
     },

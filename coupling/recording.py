@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from coupling import error_estimate
 from coupling.contact_history import events, kept_rows, most_rows, summary
-from coupling.contacts import driven, history, regimes
+from coupling.contacts import driven, history, losses, regimes
 from coupling.manager import Coupled
 from coupling.model import Model
 from coupling.results import Recorder
@@ -71,6 +72,10 @@ class Recording:
 
     def close(self, outcome: str, reason: str) -> None:
         """Write everything for the last time."""
+        windows = self.recorder.tables.get("windows")
+        found = windows and error_estimate.estimate(self.model, windows.rows())
+        if found:
+            self.recorder.attributes |= error_estimate.attributes(found)
         self.recorder.close(outcome, reason)
 
     def _due(self, window: Any) -> bool:
@@ -90,6 +95,7 @@ class Recording:
             "steps": steps, "rejected": refused, "iterations": corrections,
             "halvings": window.halvings, "exchanges": window.exchanges,
             "window_error": window.window_error, "wall_time": wall,
+            **error_estimate.of_window(self.model, before, window.state),
         })  # fmt: skip
 
     def _probes(self, state: Coupled) -> None:
@@ -125,7 +131,8 @@ class Recording:
         self.recorder.append_many("events", {
             "time": found.time, "contact": found.contact, "kind": found.kind, "speed": found.speed,
         })  # fmt: skip
-        totals = summary(steps, regime, found, self.substeps[-1].lost[-1])
+        lost = losses(contacts, self.substeps[-1].lost[-1])
+        totals = summary(steps, regime, found, lost)
         self.recorder.append("contacts", {"time": steps.times[-1], **totals})
         drive = np.concatenate([rows.drive for rows in self.substeps])
         for j, rows in enumerate(kept_rows(steps, found, self._most)):
