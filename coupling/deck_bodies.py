@@ -30,7 +30,7 @@ class Fineness(NamedTuple):
     refine : cells along each element of a beam;  family : of the cells, in ``KINDS``
     """
 
-    around: int = 24
+    around: int = 16
     layers: int = 1
     refine: int = 1
     family: str = "hexahedron20"
@@ -124,7 +124,7 @@ def _beam(body: Beam, first: int, places: list[float], fineness: Fineness) -> Me
 
 
 def stations_of(count: int, refine: int, places: list[float]) -> Array:
-    """(m,)  a grid on ``count`` elements and other places in it; negative ones count from the end."""
+    """(m,)  a grid on ``count`` elements, and other places; negative ones count from the end."""
     wanted = np.concatenate([np.linspace(0.0, count, count * refine + 1), places])
     wanted = np.sort(np.where(wanted < 0.0, wanted + count + 1, wanted))
     return wanted[np.diff(wanted, prepend=-1.0) > SAME]

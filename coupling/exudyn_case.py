@@ -32,8 +32,8 @@ STEPS = 1000
 RADIUS = 0.9
 """Spectral radius of generalised-alpha."""
 LOAD_STEPS = 10
-TOLERANCE = 1e-8, 1e-10
-"""Residual at which Newton ends, relative to the first [-], and absolute [N]."""
+TOLERANCE, ROUNDING = 1e-8, 1e-13
+"""Residual at which Newton ends, relative to the first, and to the largest stiffness EA [-]."""
 HELD = {
     motion.Clamp: [1, 1, 1, 1, 1, 1],
     motion.Spherical: [1, 1, 1, 0, 0, 0],
@@ -176,6 +176,7 @@ class _Written:
     def _body(self, body: motion.Body, places: list[float]) -> Placed:
         if isinstance(body, Beam):
             return self._beam(body, places)
+        assert isinstance(body, RigidBody | Particle)
         placed = self._rigid(body) if isinstance(body, RigidBody) else self._particle(body)
         self._weight(placed.number)
         return placed
@@ -368,15 +369,24 @@ def _section(body: Beam) -> Any:
     return found
 
 
-def _settings() -> Any:
+def _settings(d: Description) -> Any:
     import exudyn
+
+    stiff = [
+        float(b.material.youngs_modulus(b.reference_temperature)) * b.section.area
+        for b in d.bodies
+        if isinstance(b, Beam)
+    ]
 
     found: Any = exudyn.SimulationSettings()
     found.linearSolverType = exudyn.LinearSolverType.EigenSparse
     found.parallel.numberOfThreads = 1
     found.solution.file.write = False
     for newton in (found.timeIntegration.newton, found.staticSolver.newton):
-        newton.relativeTolerance, newton.absoluteTolerance = TOLERANCE
+        newton.relativeTolerance, newton.absoluteTolerance = (
+            TOLERANCE,
+            ROUNDING * max(stiff, default=1.0),
+        )
     return found
 
 
@@ -392,7 +402,7 @@ def _at_rest(written: _Written) -> Opinion:
 
 def _settled(written: _Written) -> float:
     """Equilibrium; the time [s] that it took."""
-    chosen = _settings()
+    chosen = _settings(written.d)
     chosen.staticSolver.numberOfLoadSteps, chosen.staticSolver.verboseMode = LOAD_STEPS, 0
     begun = perf_counter()
     if not written.mbs.SolveStatic(chosen, showHints=False, updateInitialValues=True):
@@ -432,7 +442,7 @@ def _transient(written: _Written) -> Opinion:
         return True
 
     written.mbs.SetPostStepUserFunction(keep)
-    chosen = _settings()
+    chosen = _settings(written.d)
     time = chosen.timeIntegration
     time.endTime, time.numberOfSteps, time.verboseMode = scene.time.end, steps, 0
     time.generalizedAlpha.spectralRadius, time.adaptiveStep = RADIUS, False

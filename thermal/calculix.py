@@ -106,13 +106,8 @@ class CalculixHeat:
         self, T: Array, t: float, h: float, heat: Array, outside: Outside = NOTHING
     ) -> tuple[Array, Mapping[str, float], str]:
         """Temperatures at ``t + h``, heat [J] through each boundary, reason; see ThermalSolver."""
-        steps = self.settings.steps
-        if steps is None:
-            procedure = limited_increments(h, np.sqrt(2.0 * self.settings.tolerance * BEND))
-            times = np.linspace(0.0, h, SAMPLES)
-        else:
-            procedure, times = equal_increments(h, steps), np.linspace(0.0, h, steps + 1)
-        window = Window(times, t + times, T, steps is not None, heat / h, outside)
+        window, procedure = self._window(T, t, h, heat, outside)
+        steps, times = self.settings.steps, window.times
         history, why = self._run(window, procedure)
         if why:
             return T.copy(), {}, why
@@ -121,14 +116,35 @@ class CalculixHeat:
         end = history.temperatures[-1]
         return end, flows, self._unusable(end, t + h)
 
+    def deck(self, T: Array, t: float, h: float) -> str:
+        """Text of what is solved from ``T`` (n,) [K] at ``t`` on for ``h`` [s]; see advance.
+
+        Nothing comes from outside.
+        """
+        return self._deck(*self._window(T, t, h, np.zeros_like(T), NOTHING))
+
+    def steady_deck(self, T: Array, t: float) -> str:
+        """Text of what is solved for the steady state under the conditions of ``t`` [s]."""
+        return self._deck(_still(T, t, NOTHING), STEADY)
+
+    def _window(
+        self, T: Array, t: float, h: float, heat: Array, outside: Outside
+    ) -> tuple[Window, Sequence[str]]:
+        """A window of time, and how CalculiX is to go through it."""
+        steps = self.settings.steps
+        if steps is None:
+            procedure = limited_increments(h, np.sqrt(2.0 * self.settings.tolerance * BEND))
+            times = np.linspace(0.0, h, SAMPLES)
+        else:
+            procedure, times = equal_increments(h, steps), np.linspace(0.0, h, steps + 1)
+        return Window(times, t + times, T, steps is not None, heat / h, outside), procedure
+
     def steady(
         self, T: Array, t: float, outside: Mapping[str, Array] | None = None
     ) -> tuple[Array, Mapping[str, float], str]:
         """Steady temperatures under the conditions of ``t``, power [W] through each, reason."""
         still = {name: (value, value) for name, value in (outside or {}).items()}
-        times, nothing = np.array([0.0, 1.0]), np.zeros_like(T)
-        window = Window(times, np.array([t, t]), T, False, nothing, still)
-        history, why = self._run(window, STEADY)
+        history, why = self._run(_still(T, t, still), STEADY)
         if why:
             return T.copy(), {}, f"there is no steady state: {why}"
         end = history.temperatures[-1]
@@ -143,14 +159,10 @@ class CalculixHeat:
         for t in window.moments.tolist():
             if why := self._limits.complaint(t):
                 return NO_RESULTS, f"t = {t:g} s: {why}"
-        amplitudes, loads = self._loads.text(window)
-        first = initial_text(self._everywhere(window))
-        factors = {n: float(np.mean([end[0] for end in window.outside[n]])) for n in self._factors}
-        text = with_factors(self._text, self._model, factors)
-        deck = [text, *first, *amplitudes, *steps_text(procedure, loads), ""]
+        text = self._deck(window, procedure)
         with TemporaryDirectory(prefix="thermobody-ccx-") as folder:
             job = Path(folder) / "heat"
-            job.with_suffix(".inp").write_text("\n".join(deck))
+            job.with_suffix(".inp").write_text(text)
             said, code = executed(self._program, job, self.patience)
             try:
                 if code:
@@ -161,6 +173,13 @@ class CalculixHeat:
                 return NO_RESULTS, f"CalculiX: {error}: {calculix_results.message(said)}"
         self.taken, self.exact = len(found.times), found.exact
         return found._replace(temperatures=found.temperatures[:, : len(self.x)]), ""
+
+    def _deck(self, window: Window, procedure: Sequence[str]) -> str:
+        amplitudes, loads = self._loads.text(window)
+        first = initial_text(self._everywhere(window))
+        factors = {n: float(np.mean([end[0] for end in window.outside[n]])) for n in self._factors}
+        text = with_factors(self._text, self._model, factors)
+        return "\n".join([text, *first, *amplitudes, *steps_text(procedure, loads), ""])
 
     def _everywhere(self, window: Window) -> Array:
         """Temperatures also of the nodes of lumps and links."""
@@ -209,6 +228,11 @@ class CalculixHeat:
 
 
 NO_RESULTS = calculix_results.Results(np.empty(0), np.empty((0, 0)), False)
+
+
+def _still(T: Array, t: float, outside: Outside) -> Window:
+    """A window in which nothing changes."""
+    return Window(np.array([0.0, 1.0]), np.array([t, t]), T, False, np.zeros_like(T), outside)
 
 
 def _refuse(problems: Sequence[str]) -> None:
