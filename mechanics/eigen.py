@@ -172,32 +172,43 @@ def saddle_solve(K: csc_array, B: csc_array) -> Callable[[Array], Array]:
 def negatives(K: csc_array, B: csc_array) -> int:
     """Number of negative eigenvalues of K on the motions that ``B`` allows.
 
-    By Sylvester's law of inertia, from the signs of the pivots of a symmetric factorisation; where
-    that needs other pivots, from the dense factors of Bunch & Kaufman (1977). Constraints are
-    taken as stiff springs: the signs are the same.
+    By Sylvester's law of inertia, from the signs of the pivots of a symmetric factorisation.
+    Constraints are taken as stiff springs, whose forces are unknowns of their own or, where that
+    needs other pivots, are eliminated: the signs are the same. Where both need other pivots, from
+    the dense factors of Bunch & Kaufman (1977).
     """
-    m = B.shape[0]
-    matrix = _penalised(csc_array(0.5 * (K + K.T)), B)
+    m, K = B.shape[0], csc_array(0.5 * (K + K.T))
+    if not m:
+        count = _pivots(K)
+        return _by_blocks(K) if count is None else count
+    soft = _softness(K, B)
+    matrix = csc_array(block_array([[K, B.T], [B, diags_array(-soft)]], format="csc"))
+    count = _pivots(matrix)
+    if count is not None:
+        return count - m
+    count = _pivots(csc_array(K + B.T @ diags_array(1.0 / soft) @ B))
+    return _by_blocks(matrix) - m if count is None else count
+
+
+def _pivots(matrix: csc_array) -> int | None:
+    """Negative pivots of a factorisation with a symmetric order; None where it needs another."""
     options = {"SymmetricMode": True}
     try:
         lu = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     except RuntimeError:  # exactly singular
-        return _by_blocks(matrix) - m
-    if np.array_equal(lu.perm_r, lu.perm_c):
-        return int(np.count_nonzero(lu.U.diagonal() < 0.0)) - m
-    return _by_blocks(matrix) - m
+        return None
+    if not np.array_equal(lu.perm_r, lu.perm_c):
+        return None
+    return int(np.count_nonzero(lu.U.diagonal() < 0.0))
 
 
-def _penalised(K: csc_array, B: csc_array) -> csc_array:
-    """[[K, B^T], [B, -e]]: constraints as springs of stiffness 1/e, no zero on the diagonal."""
-    if not B.shape[0]:
-        return K
+def _softness(K: csc_array, B: csc_array) -> Array:
+    """(m,) of springs in place of constraints, each far stiffer than what it holds."""
     diagonal = np.abs(K).max(axis=1).toarray().ravel()
     weighted = abs(B) @ diags_array(diagonal)
     largest = csc_array(abs(B)).max(axis=1).toarray().ravel()
     stiff = csc_array(weighted).max(axis=1).toarray().ravel() / np.maximum(largest, 1e-300)
-    soft = largest**2 / (STIFF * np.where(stiff > 0.0, stiff, np.max(diagonal)))
-    return csc_array(block_array([[K, B.T], [B, diags_array(-soft)]], format="csc"))
+    return largest**2 / (STIFF * np.where(stiff > 0.0, stiff, np.max(diagonal)))
 
 
 def _by_blocks(matrix: csc_array) -> int:
