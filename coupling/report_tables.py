@@ -128,6 +128,9 @@ class ReportTable(Varied):
     budget: PositiveTime = Field(
         default=10.0, description="once the timed runs of a setting took so long, no more follow"
     )
+    limit: PositiveTime = Field(
+        default=60.0, description="a setting that takes longer is given up after a window"
+    )
     wanted: PositiveNumber | None = Field(
         default=None, description="of each quantity that names none of its own"
     )

@@ -4,7 +4,7 @@ Times are of the bare computation: recording takes none, building and compiling 
 """
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -60,23 +60,31 @@ def report(
     standard, check = _references(scenes, table, told)
     points = []
     for variant, changed in zip(variants, scenes[-len(variants) :], strict=True):
-        ran = timed(changed, table.quantity, table.repeat, table.budget)
+        ran = timed(changed, table.quantity, table.repeat, table.budget, table.limit)
         errors = {key: error(key, s, ran, standard) for key, s in table.quantity.items()}
         points.append(Point(variant, ran, errors))
         told.told(variant.label, ran, errors)
     between = {}
     if standard is not None and check is not None:
         between = {key: error(key, s, check, standard) for key, s in table.quantity.items()}
-    yield _result(scene, name, points, _Seen(standard, check, between, wanted))
+    yield _result(scene, name, points, _Seen(standard, check, between, wanted, busy(points)))
 
 
 class _Seen(NamedTuple):
-    """Reference and second one, the distance of both in each quantity, and the error wanted."""
+    """Reference and second one, the distance of both in each quantity, and the error wanted.
+
+    busy : the machine had other work, so that processor time stands for run time
+    """
 
     standard: Ran | None
     check: Ran | None
     between: Mapping[str, float]
     wanted: float | None
+    busy: bool
+
+    def cost(self, point: Point) -> float:
+        """Time [s] by which settings are compared."""
+        return point.ran.work if self.busy else point.ran.least
 
 
 def _scenes(
@@ -191,7 +199,10 @@ def _result(scene: Scene, name: str, points: Sequence[Point], seen: _Seen) -> Re
     title = table.title or f"{scene.title or name}: error against run time"
     notes = [*_meanings(table), *_trust(table, points, seen), *_cheapest(table, points, seen)]
     notes += [f"{p.variant.label}: {p.ran.outcome}: {p.ran.reason}" for p in points if p.ran.reason]
-    notes += _busy(points)
+    if seen.busy:
+        notes.append(
+            "the machine was busy with other work: settings are compared by processor time"
+        )
     notes.append(
         "time: least of the timed runs, without recording; start: building and a first window, "
         "in which kernels are compiled or read from disk"
@@ -202,7 +213,7 @@ def _result(scene: Scene, name: str, points: Sequence[Point], seen: _Seen) -> Re
 
 def _row(label: str, ran: Ran, errors: Mapping[str, float], counts: Sequence[str]) -> Row:
     median = float(np.median(ran.wall)) if ran.wall else np.nan
-    spent = ran.least, median, min(ran.processor, default=np.nan), ran.start
+    spent = ran.least, median, ran.work, ran.start
     return label, ran.outcome, *errors.values(), *spent, *(ran.counts.get(c, "") for c in counts)
 
 
@@ -215,6 +226,12 @@ def _meanings(table: ReportTable) -> Iterator[str]:
         if sought.measure == "course" and sought.scale is None:
             size = "its largest change"
         yield f"{key}: {sought.measure} of {sought.of}, distance from {against.strip()} over {size}"
+
+
+def busy(points: Sequence[Point]) -> bool:
+    """Whether something else ran on the machine, so that wall times say little."""
+    shares = [p.ran.work / p.ran.least for p in points if p.ran.wall]
+    return bool(shares) and float(np.median(shares)) < ALONE
 
 
 def _trust(table: ReportTable, points: Sequence[Point], seen: _Seen) -> Iterator[str]:
@@ -245,10 +262,11 @@ def _wanted(table: ReportTable, key: str, seen: _Seen) -> float | None:
     return seen.wanted or table.quantity[key].wanted or table.wanted
 
 
-def cheapest(points: Sequence[Point], key: str, wanted: float) -> Point | None:
+def cheapest(
+    points: Sequence[Point], key: str, wanted: float, cost: Callable[[Point], float]
+) -> Point | None:
     """The fastest setting whose error is not above ``wanted``."""
-    good = [point for point in points if point.errors[key] <= wanted]
-    return min(good, key=lambda point: point.ran.least, default=None)
+    return min((p for p in points if p.errors[key] <= wanted), key=cost, default=None)
 
 
 def _cheapest(table: ReportTable, points: Sequence[Point], seen: _Seen) -> Iterator[str]:
@@ -256,43 +274,35 @@ def _cheapest(table: ReportTable, points: Sequence[Point], seen: _Seen) -> Itera
         wanted = _wanted(table, key, seen)
         if wanted is None:
             continue
-        found = cheapest(points, key, wanted)
+        found = cheapest(points, key, wanted, seen.cost)
         if found is None:
             yield f"{key}: no setting has an error under {wanted:g}"
         else:
             yield (
                 f"{key}: the cheapest under {wanted:g} is {found.variant.label}: "
-                f"{found.ran.least:.3g} s, error {found.errors[key]:.2g}"
+                f"{seen.cost(found):.3g} s, error {found.errors[key]:.2g}"
             )
 
 
-def _busy(points: Sequence[Point]) -> Iterator[str]:
-    """Whether something else ran on the machine."""
-    shares = [min(p.ran.processor) / p.ran.least for p in points if p.ran.wall]
-    share = float(np.median(shares)) if shares else 1.0
-    if share < ALONE:
-        yield f"the processor worked for {share:.0%} of the time: the machine was busy with others"
-
-
 def _picture(table: ReportTable, key: str, points: Sequence[Point], seen: _Seen) -> Picture:
+    there = [p for p in points if p.errors[key] > 0.0 and seen.cost(p) > 0.0]
     curves = []
     for name in dict.fromkeys(point.variant.curve for point in points):
-        of_it = [p for p in points if p.variant.curve == name and _drawable(p, key)]
-        x, y = [p.ran.least for p in of_it], [p.errors[key] for p in of_it]
+        of_it = [p for p in there if p.variant.curve == name]
         along, marks = _marks([p.variant.name for p in of_it])
         label = ", ".join(filter(None, (name, along and f"by {along}")))
+        x, y = [seen.cost(p) for p in of_it], [p.errors[key] for p in of_it]
         curves.append(Curve(label or "settings", x, y, names=marks))
-    front = _front([(p.ran.least, p.errors[key]) for p in points if _drawable(p, key)])
+    front = _front([(seen.cost(p), p.errors[key]) for p in there])
     if len(front) > 2:
-        curves.append(Curve("best", [t for t, _ in front], [e for _, e in front], "k:"))
-    wanted = _wanted(table, key, seen)
-    times = [p.ran.least for p in points if _drawable(p, key)]
-    if wanted is not None and times:
-        curves.append(Curve("wanted", [min(times), max(times)], [wanted, wanted], "-."))
-    limit = seen.between.get(key, 0.0)
-    if limit > 0.0 and times:
-        curves.append(Curve("of the reference", [min(times), max(times)], [limit, limit], "--"))
-    return Picture("run time [s]", f"error of {key} [-]", curves)
+        curves.append(Curve("none is better", [t for t, _ in front], [e for _, e in front], "k:"))
+    levels = {"wanted": _wanted(table, key, seen), "of the reference": seen.between.get(key)}
+    for (label, level), style in zip(levels.items(), ("g-.", "r--"), strict=True):
+        if level and there:
+            ends = [f(seen.cost(p) for p in there) for f in (min, max)]
+            curves.append(Curve(label, ends, [level, level], style))
+    axis = "processor time [s]" if seen.busy else "run time [s]"
+    return Picture(axis, f"error of {key} [-]", curves)
 
 
 def _marks(names: Sequence[str]) -> tuple[str, list[str]]:
@@ -301,10 +311,6 @@ def _marks(names: Sequence[str]) -> tuple[str, list[str]]:
     if len({key for key, *_ in parts}) != 1 or any("," in name for name in names):
         return "", list(names)
     return parts[0][0], [text for *_, text in parts]
-
-
-def _drawable(point: Point, key: str) -> bool:
-    return bool(point.errors[key] > 0.0 and point.ran.least > 0.0)
 
 
 def _front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -5,6 +5,7 @@ Building, and a first window in which kernels are compiled, are over before anyt
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from os import times as spent_by
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
@@ -22,13 +23,15 @@ from coupling.scene import Scene
 from coupling.simulation import Attempts, Stopped, windows
 
 Array = NDArray[np.float64]
-DONE, STOPPED, REFUSED = "done", "stopped", "refused"
+DONE, STOPPED, REFUSED, GIVEN_UP = "done", "stopped", "refused", "given up"
 
 
 class Ran(NamedTuple):
     """What became of a scene.
 
-    outcome : done; stopped before its end; refused when it was built;  reason : "" or why not
+    outcome : done; stopped before its end; refused when it was built; given up, since it takes
+        too long
+    reason : "" or why it is not done
     start : float [s]  of building it and its first window, in which kernels are compiled
     wall, processor : float [s]  of each timed run, without ``start``
     counts : windows, steps, ... of one run
@@ -50,14 +53,26 @@ class Ran(NamedTuple):
         """Least wall time [s]; nan where there is none."""
         return min(self.wall, default=np.nan)
 
+    @property
+    def work(self) -> float:
+        """Least processor time [s]; nan where there is none."""
+        return min(self.processor, default=np.nan)
 
-def timed(scene: Scene, sought: Mapping[str, Sought], repeat: int = 1, budget: float = 0.0) -> Ran:
+
+def timed(
+    scene: Scene,
+    sought: Mapping[str, Sought],
+    repeat: int = 1,
+    budget: float = 0.0,
+    limit: float = np.inf,
+) -> Ran:
     """Run a scene, measure what is sought, and time it.
 
     Parameters
     ----------
     repeat : timed runs
     budget : float [s]  of the timed runs; after it no more begin
+    limit : float [s]  a run that takes longer is given up
     """
     begun = perf_counter()
     try:
@@ -68,11 +83,17 @@ def timed(scene: Scene, sought: Mapping[str, Sought], repeat: int = 1, budget: f
     except BadCase as error:
         return Ran(REFUSED, "; ".join(problem.text for problem in error.problems))
     start = perf_counter() - begun
-    ran = _watched(model, sought)._replace(start=start)
+    ran = _watched(model, sought, limit)._replace(start=start)
     while ran.outcome == DONE and _more(ran.wall, repeat, budget):
         wall, processor = _bare(model)
         ran = ran._replace(wall=(*ran.wall, wall), processor=(*ran.processor, processor))
     return ran
+
+
+def _processor() -> float:
+    """Time [s] that processors worked for this program and for those that it started and ended."""
+    spent = spent_by()
+    return process_time() + spent.children_user + spent.children_system
 
 
 def _more(wall: tuple[float, ...], repeat: int, budget: float) -> bool:
@@ -86,10 +107,10 @@ def _first(model: Model) -> None:
 
 def _bare(model: Model) -> tuple[float, float]:
     """Wall and processor time [s] of a run that nothing watches."""
-    wall, processor = perf_counter(), process_time()
+    wall, processor = perf_counter(), _processor()
     for _ in windows(model, model.initial()):
         pass
-    return perf_counter() - wall, process_time() - processor
+    return perf_counter() - wall, _processor() - processor
 
 
 # --------------------------------------------------------------------------------- watched
@@ -121,29 +142,32 @@ class _Clock:
     def over(self, steps: Iterator[Any]) -> Iterator[Any]:
         """The steps, timed."""
         while True:
-            wall, processor = perf_counter(), process_time()
+            wall, processor = perf_counter(), _processor()
             step = next(steps, None)
             self.wall += perf_counter() - wall
-            self.processor += process_time() - processor
+            self.processor += _processor() - processor
             if step is None:
                 return
             yield step
 
 
-def _watched(model: Model, sought: Mapping[str, Sought]) -> Ran:
+def _watched(model: Model, sought: Mapping[str, Sought], limit: float) -> Ran:
     """A run in which quantities are read between the windows: timed if nothing is within them."""
     counted = None if model.pair.heat_solver is None else _Counted(model.pair.heat_solver)
     own: Any = counted
     model = replace(model, pair=model.pair._replace(heat_solver=own))
     watch = _Watch(model, sought)
-    clock, state, found, reason = _Clock(), model.initial(), 0, ""
+    clock, state, found, outcome, reason = _Clock(), model.initial(), 0, DONE, ""
     watch.keep(state)
     for window in clock.over(windows(model, state, attempts=watch.attempts)):
         if isinstance(window, Stopped):
-            reason = f"at t = {window.t:.6g} s: {window.why}"
+            outcome, reason = STOPPED, f"at t = {window.t:.6g} s: {window.why}"
             break
         watch.keep(window.state, state)
         state, found = window.state, found + 1
+        if clock.wall > limit and window.t < model.end:
+            outcome, reason = GIVEN_UP, f"at t = {window.t:.6g} s, after {clock.wall:.3g} s"
+            break
     names = ("steps", "refused", "corrections", "factorisations")
     counts = {"windows": found, **dict(zip(names, map(int, state.motion.counts), strict=True))}
     counts["motions"] = getattr(getattr(state, "exchange", None), "total", 0) or found
@@ -152,7 +176,6 @@ def _watched(model: Model, sought: Mapping[str, Sought]) -> Ran:
         counts |= {"heat solutions": counted.solutions, "heat steps": counted.steps}
     spent = () if reason or watch.within else (clock.wall,)
     processor = () if reason or watch.within else (clock.processor,)
-    outcome = STOPPED if reason else DONE
     times, values = watch.kept()
     return Ran(outcome, reason, np.nan, spent, processor, counts, times, values)
 
@@ -231,9 +254,9 @@ def _still(model: Model, sought: Mapping[str, Sought], repeat: int, begun: float
     frames, why, modes = _analysed(model)
     start = perf_counter() - begun
     for _ in range(repeat):
-        wall, processor = perf_counter(), process_time()
+        wall, processor = perf_counter(), _processor()
         frames, why, modes = _analysed(model)
-        spent.append((perf_counter() - wall, process_time() - processor))
+        spent.append((perf_counter() - wall, _processor() - processor))
     times = np.array([place.t for place, _ in frames])
     values = {name: _values(model, one.of, frames, modes) for name, one in sought.items()}
     outcome, (wall_, processor_) = STOPPED if why else DONE, tuple(zip(*spent, strict=True))
