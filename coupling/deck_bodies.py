@@ -198,7 +198,8 @@ def section_of(bodies: Mapping[str, Meshed], site: Site) -> Section:
     assert site.body is not None
     m = bodies[site.body]
     if isinstance(m.body, Shell):
-        return _column(m, site.node % len(m.body.surface.points))
+        node = site.node % len(m.body.surface.points)
+        return column(m, node, node)
     where = site.node + site.fraction
     where += len(m.body.points) if where < 0.0 else 0.0
     return _plane(m, int(np.argmin(np.abs(m.stations - where))))
@@ -240,22 +241,41 @@ def _section(
                    first_2 / polar, first_3 / polar, axes, w @ x / w.sum())  # fmt: skip
 
 
-def _column(m: Meshed, node: int) -> Section:
-    """Nodes over one another in a shell, which has one slope, along its normal e3."""
+def column(m: Meshed, one: int, other: int) -> Section:
+    """Nodes over one another in a shell: over a node of its surface, or half way between two.
+
+    They have one slope, along the normal e3.
+    """
     assert isinstance(m.body, Shell)
-    nodes = np.flatnonzero((m.local == node).all(axis=1))
+    nodes = np.flatnonzero((np.sort(m.local, axis=1) == sorted((one, other))).all(axis=1))
     nodes = nodes[np.argsort(m.at[nodes])]
-    z, order = m.at[nodes], ORDER[m.family]
-    rule = np.array([1.0, 1.0]) / 2.0 if order == 1 else np.array([1.0, 4.0, 1.0]) / 6.0
-    w = np.zeros(len(nodes))
-    for i in range(0, len(nodes) - 1, order):
-        w[i : i + order + 1] += rule * (z[i + order] - z[i])
-    first, nothing = w * z, np.zeros(len(nodes))
-    s = m.body.surface
-    e1 = s.d_u[node] / np.linalg.norm(s.d_u[node])
-    e3 = np.cross(s.d_u[node], s.d_v[node])
+    z = m.at[nodes]
+    w = _simpson(z) if one == other and ORDER[m.family] == 2 else _trapezoid(z)
+    axes = _triad(m.body, [one, other])
+    slope = w * z / float(w * z @ z)
+    nothing = np.zeros(len(nodes))
+    point = np.asarray(m.body.surface.points, float)[[one, other]].mean(axis=0)
+    return Section(nodes + m.first, w / w.sum(), nothing, slope, nothing, slope, axes, point)
+
+
+def _triad(body: Shell, nodes: list[int]) -> Array:
+    """(3, 3)  rows: along u, across it, normal."""
+    d_u, d_v = (np.asarray(d)[nodes].mean(axis=0) for d in (body.surface.d_u, body.surface.d_v))
+    e1, e3 = d_u / np.linalg.norm(d_u), np.cross(d_u, d_v)
     e3 = e3 / np.linalg.norm(e3)
-    axes = np.stack([e1, np.cross(e3, e1), e3])
-    slope = first / float(first @ z)
-    return Section(nodes + m.first, w / w.sum(), nothing, slope, nothing, slope, axes,
-                   np.asarray(s.points[node], float))  # fmt: skip
+    return np.stack([e1, np.cross(e3, e1), e3])
+
+
+def _trapezoid(z: Array) -> Array:
+    h = np.diff(z)
+    return 0.5 * (np.append(h, 0.0) + np.append(0.0, h))
+
+
+def _simpson(z: Array) -> Array:
+    """Of pieces of three places each."""
+    h = (z[2::2] - z[:-2:2]) / 6.0
+    w = np.zeros(len(z))
+    w[:-2:2] += h
+    w[1::2] += 4.0 * h
+    w[2::2] += h
+    return w

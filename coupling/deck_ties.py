@@ -6,6 +6,7 @@ large they are. Between bodies that turn only spherical joints are; others hold 
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
 import mechanics.description as motion
-from coupling.deck_bodies import Meshed, Section, section_of
+from coupling.deck_bodies import Meshed, Section, column, section_of
 from mechanics.description import Description, Site
 
 Array = NDArray[np.float64]
@@ -131,6 +132,25 @@ def rows_of(d: Description, bodies: Mapping[str, Meshed]) -> list[Row]:
         if other.body is not None:
             two = _Held(section_of(bodies, other), np.asarray(other.offset, float))
         found += [_difference(one, two, *what) for what in _held(joint, one.section)]
+    return [*found, *_between(d, bodies)]
+
+
+def _between(d: Description, bodies: Mapping[str, Meshed]) -> list[Row]:
+    """What holds the nodes of an edge of a shell also holds those half way between them.
+
+    Joints of an edge are one after the other, named after it and their number.
+    """
+    found = []
+    for a, b in pairwise(d.joints):
+        kin = type(a) is type(b) and a.name.rpartition(".")[0] == b.name.rpartition(".")[0] != ""
+        if not kin or not isinstance(a, JOINTS):
+            continue
+        (one, ground), (two, _) = sides_of(a), sides_of(b)
+        m = bodies[str(one.body)]
+        if ground.body is None and isinstance(m.body, motion.Shell):
+            held = _Held(column(m, one.node, two.node), np.asarray(one.offset, float))
+            if len(held.section.nodes):
+                found += [held.row(*what) for what in _held(a, held.section)]
     return found
 
 
