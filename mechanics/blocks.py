@@ -4,7 +4,8 @@ The unknowns of a node are one block. Blocks are eliminated in order of least de
 Walker 1967), but a block without a diagonal of its own, such as the multipliers of a joint, only
 after those neighbours that give it one: a constraint after the bodies that it holds, where its
 pivot is -B S^-1 B^T with S positive definite; a massless coordinate after the constraints that
-tie it (Vanderbei 1995, quasi-definite matrices). A postorder of the elimination tree keeps what
+tie it (Vanderbei 1995, quasi-definite matrices). Of solids, nodes come in clusters, and a face that
+a reference point ties is one cluster with what ties it, in which pivots are sought. A postorder of the elimination tree keeps what
 is needed together in memory (Liu 1990).
 
 What is made here once, for ``mechanics.block_kernels``, is one array of integers: the order, where
@@ -23,6 +24,10 @@ from mechanics.block_kernels import HEAD, LAST, PEAK, RECORDS, SIZE, WIDEST
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+
+CLUSTER = 24
+"""A block with more massive unknowns than that is a cluster of nodes [-]."""
 
 
 class Blocks(NamedTuple):
@@ -61,21 +66,26 @@ def arrange(pattern: Pattern, node_of: Indices, rank: Indices) -> Blocks:
     """Blocks of the unknowns of one node and one rank, and their order of elimination.
 
     Constraints of one node alone, such as those of a rigid body, join its block: with them its
-    mass may be singular, as that of a flat plate or a rod is in directors.
+    mass may be singular, as that of a flat plate or a rod is in directors. Clusters keep all that
+    has their number.
     """
-    block, rank_of = _numbered(node_of, rank)
+    large = np.bincount(node_of, weights=rank == 0) > CLUSTER
+    block, rank_of = _numbered(node_of, np.where(large[node_of], 0, rank))
+    clustered = np.bincount(block) > CLUSTER
     neighbours = _neighbours(pattern, block)
     owner = np.arange(len(rank_of))
     for i, near in enumerate(neighbours):
-        if rank_of[i] == 1 and len(near) == 1:
+        if len(near) == 1 and (rank_of[i] == 1 or (rank_of[i] > 1 and clustered[min(near)])):
             owner[i] = min(near)
     block, rank_of = _numbered(owner[block], rank_of[owner][block])
     neighbours = _neighbours(pattern, block)
+    clustered = np.bincount(block) > CLUSTER
     order = np.argsort(block, kind="stable")
     sizes = np.bincount(block)
     members = np.split(order, np.cumsum(sizes)[:-1])
     mixed = np.bincount(block, weights=rank > 0) * np.bincount(block, weights=rank == 0) > 0
-    elimination, later = _least_degree(neighbours, sizes, rank_of)
+    first = _joined(neighbours, rank_of, clustered)
+    elimination, later = _least_degree(neighbours, sizes, rank_of, first)
     return _postordered(members, mixed, elimination, later)
 
 
@@ -94,16 +104,30 @@ def _columns(pattern: Pattern) -> Indices:
 def _neighbours(pattern: Pattern, block: Indices) -> list[set[int]]:
     """Blocks that share an entry with each block."""
     row, column, count = block[pattern.indices], block[_columns(pattern)], int(block.max()) + 1
-    graph = coo_array((np.ones(row.size, np.int8), (row, column)), shape=(count, count)).tocsr()
+    graph = coo_array((np.ones(row.size), (row, column)), shape=(count, count)).tocsr()
     graph = (graph + graph.T).tocsr()
     parts = np.split(graph.indices, graph.indptr[1:-1])
     return [set(part.tolist()) - {i} for i, part in enumerate(parts)]
 
 
+def _joined(
+    neighbours: list[set[int]], rank: Indices, clustered: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Clusters that joints hold, and these joints: they come first, as what is left of a body in
+    the end has no stiffness in statics but that of what holds it.
+    """
+    first = np.zeros(rank.size, bool)
+    for i, near in enumerate(neighbours):
+        if rank[i] > 0 and any(clustered[j] for j in near):
+            first[[i, *(j for j in near if clustered[j])]] = True
+    return first
+
+
 def _least_degree(
-    neighbours: list[set[int]], sizes: Indices, rank: Indices
+    neighbours: list[set[int]], sizes: Indices, rank: Indices, first: NDArray[np.bool_]
 ) -> tuple[list[int], dict[int, set[int]]]:
     """Order of elimination, and the later neighbours of each block."""
+    late = (~first).tolist()
     size = sizes.tolist()
     waits = [{j for j in near if rank[j] < rank[i]} for i, near in enumerate(neighbours)]
     release: list[list[int]] = [[] for _ in size]
@@ -111,12 +135,12 @@ def _least_degree(
         for j in held:
             release[j].append(i)
     degree = [sum(size[j] for j in near) for near in neighbours]
-    heap = [(degree[i], i) for i in range(len(size)) if not waits[i]]
+    heap = [(late[i], degree[i], i) for i in range(len(size)) if not waits[i]]
     heapq.heapify(heap)
     order: list[int] = []
     later: dict[int, set[int]] = {}
     while heap:
-        d, i = heapq.heappop(heap)
+        _, d, i = heapq.heappop(heap)
         if i in later or d != degree[i]:
             continue
         near = neighbours[i]
@@ -129,7 +153,7 @@ def _least_degree(
             neighbours[j] -= {i, j}
             degree[j] = sum([size[k] for k in neighbours[j]])
             if not waits[j]:
-                heapq.heappush(heap, (degree[j], j))
+                heapq.heappush(heap, (late[j], degree[j], j))
     return order, later
 
 

@@ -111,8 +111,9 @@ class Solid:
         """Halves of F^T F and their rates, (n_e, 6 p)."""
         F, W = self._gradient(y), self._gradient(v)
         metric, change = np.swapaxes(F, -1, -2) @ F, np.swapaxes(F, -1, -2) @ W
-        pairs = metric, change + np.swapaxes(change, -1, -2)
-        return tuple(0.5 * m[:, :, ROW, COLUMN].reshape(len(F), -1) for m in pairs)
+        change = change + np.swapaxes(change, -1, -2)
+        first, second = (0.5 * m[:, :, ROW, COLUMN].reshape(len(F), -1) for m in (metric, change))
+        return first, second
 
     def stresses(self, y: Array, coef: Array) -> Array:
         """(n_e, p, 3, 3) stress of Cauchy [Pa] at the points of quadrature, without damping."""

@@ -1,11 +1,11 @@
 """Forces and tangents of solid elements, total Lagrangian.
 
 At each point F is the sum of x_a (x) dN_a over the nodes and e = F^T F/2 - e_0; of a free stretch s
-e_0 is s^2/2 times the identity. The stress is S = D (e + tau de/dt), D of Hooke with two moduli, and the force on a node
-F S dN_a times the volume of the point. With f_a = F dN_a and a second gradient G in place of F
-where a rate is varied, the tangent of two nodes is
+e_0 is s^2/2 times the identity. The stress is S = D (e + tau de/dt), D of Hooke with two moduli, the
+force on a node F S dN_a times the volume of the point, and the tangent of two nodes, with the
+gradients B of e and C of its rate,
 
-    lambda f_a (x) g_b + mu ((dN_a . dN_b) F G^T + f_b (x) g_a) + (dN_a . S dN_b) 1.
+    B_a^T D ((cK + tau cC) B_b + tau cK C_b) + cK (dN_a . S dN_b) 1.
 
 floats, by element with k nodes and p points: damping time [s], then for each point its volume
 [m^3] and the gradients (k, 3) [1/m]. coef, by element: lambda (p), mu (p) [Pa], rates of s^2/2 (p)
@@ -134,14 +134,14 @@ def _rows(row, F, B):
 
 
 @njit(cache=True, error_model="numpy")
-def _add_products(B, C, lame, mu, first, K):
-    """K += B^T D C; where ``first``, only on and above the diagonal."""
+def _add_products(B, C, lame, mu, half, K):
+    """K += B^T D C; where ``half``, only on and above the diagonal."""
     n = B.shape[1]
     for i in range(n):
         trace = lame * (B[0, i] + B[1, i] + B[2, i])
         p, q, r = trace + 2.0 * mu * B[0, i], trace + 2.0 * mu * B[1, i], trace + 2.0 * mu * B[2, i]
         s, t, u = mu * B[3, i], mu * B[4, i], mu * B[5, i]
-        start = i if first else 0
+        start = i if half else 0
         out, a, b, c = K[i, start:], C[0, start:], C[1, start:], C[2, start:]
         f, g, h = C[3, start:], C[4, start:], C[5, start:]
         for j in range(n - start):
@@ -169,7 +169,7 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     n, width = 3 * k, 1 + 3 * k
     x, xv = np.empty((k, 3)), np.empty((k, 3))
     F, W, e, d = np.empty((3, 3)), np.zeros((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    S, G = np.empty((3, 3)), np.empty((3, 3))
+    S = np.empty((3, 3))
     B, C, K, U = np.empty((6, n)), np.empty((6, n)), np.empty((n, n)), np.empty((n, n))
     for c in range(len(ints)):
         tau = floats[c, 0]

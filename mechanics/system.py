@@ -21,6 +21,7 @@ from mechanics.description import (
     BoreContact,
     Bushing,
     Clearance,
+    Continuum,
     Description,
     Flexible,
     History,
@@ -418,17 +419,23 @@ def _symmetry(system: System) -> bool | None:
 
 
 def _blocks(system: System) -> Indices:
-    """Block of each unknown: its node, or its joint."""
+    """Block of each unknown: its node, its cluster of nodes in a solid, or its joint."""
+    layout = system.layout
     block, start = np.zeros(system.n + system.m, dtype=np.intp), 0
-    for name, first in system.layout.node_dofs.items():
-        kind = system.layout.kinds[name]
-        block[first[0] : first[-1] + kind] = start + np.repeat(np.arange(len(first)), kind)
-        start += len(first)
-    for dof in system.layout.joint_dofs.values():
+    for name, first in layout.node_dofs.items():
+        kind, body = layout.kinds[name], layout.bodies[name]
+        cluster = np.arange(len(first))
+        if isinstance(body, Continuum):
+            cluster = import_module("mechanics.continuum_blocks").clusters(body.points)
+        block[first[0] : first[-1] + kind] = start + np.repeat(cluster, kind)
+        start += int(cluster.max()) + 1
+    for dof in layout.joint_dofs.values():
         block[dof] = start
         start += 1
     number = {name: start + i for i, name in enumerate(dict.fromkeys(system.row_names))}
     block[system.n :] = [number[name] for name in system.row_names]
+    if any(isinstance(body, ReferencePoint) for body in layout.bodies.values()):
+        import_module("mechanics.continuum_blocks").gather(block, layout, number)
     return block
 
 
