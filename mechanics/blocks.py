@@ -5,8 +5,8 @@ Walker 1967), but a block without a diagonal of its own, such as the multipliers
 after those neighbours that give it one: a constraint after the bodies that it holds, where its
 pivot is -B S^-1 B^T with S positive definite; a massless coordinate after the constraints that
 tie it (Vanderbei 1995, quasi-definite matrices). Of solids, nodes come in clusters, and a face that
-a reference point ties is one cluster with what ties it, in which pivots are sought. A postorder of the elimination tree keeps what
-is needed together in memory (Liu 1990).
+a reference point ties is one cluster with what ties it, in which pivots are sought. A postorder of
+the elimination tree keeps what is needed together in memory (Liu 1990).
 
 What is made here once, for ``mechanics.block_kernels``, is one array of integers: the order, where
 each entry of the matrix goes, and a record for each block.

@@ -1,8 +1,8 @@
 """Forces and tangents of solid elements, total Lagrangian.
 
 At each point F is the sum of x_a (x) dN_a over the nodes and e = F^T F/2 - e_0; of a free stretch s
-e_0 is s^2/2 times the identity. The stress is S = D (e + tau de/dt), D of Hooke with two moduli, the
-force on a node F S dN_a times the volume of the point, and the tangent of two nodes, with the
+e_0 is s^2/2 times the identity. The stress is S = D (e + tau de/dt), D of Hooke with two moduli,
+the force on a node F S dN_a times the volume of the point, and the tangent of two nodes, with the
 gradients B of e and C of its rate,
 
     B_a^T D ((cK + tau cC) B_b + tau cK C_b) + cK (dN_a . S dN_b) 1.

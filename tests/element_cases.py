@@ -22,7 +22,8 @@ PLAIN = constant_material("plain", 2700.0, 70e9, 0.3, 23e-6, 160.0, 900.0)
 POISSONLESS = constant_material("no contraction", 2700.0, 70e9, 0.0, 23e-6, 160.0, 900.0)
 RECTANGLE, ROD = rectangle(0.10, 0.06), circle(0.05)
 
-FLEXIBLE = [name for name in FAMILIES if name not in ("rigid", "particle")]
+SOLIDS = [name for name in FAMILIES if name.startswith("hexahedron")]
+FLEXIBLE = [name for name in FAMILIES if name not in ("rigid", "particle", "reference", *SOLIDS)]
 SHELLS = [name for name in FLEXIBLE if name.startswith("shell")]
 LINES = [name for name in FLEXIBLE if name not in SHELLS]
 BEAMS = [name for name in LINES if name != "cable"]
