@@ -109,6 +109,8 @@ class Coupling(Table):
     adaptive: Adaptive | None = None
 
     def odd_values(self) -> Iterator[tuple[str, str]]:
+        if self.adaptive and self.scheme in ("serial", "parallel"):
+            yield "adaptive", f"belongs to corrected and iterated: {self.scheme} corrects nothing"
         if self.scheme != "iterated":
             for key in ITERATION:
                 if getattr(self, key) is not None:

@@ -99,7 +99,7 @@ def windows(
     """
     last = model.windows * TICKS
     while tick < last:
-        size = _aligned(tick, _wanted(model, size, state.exchange.growth))
+        size = _aligned(tick, _wanted(model, size, state))
         t, halvings = _time(model, tick), 0
         while True:
             h = _time(model, tick + size) - t
@@ -128,11 +128,14 @@ def _tried(
     return (None, why) if why else (judged, "")
 
 
-def _wanted(model: Model, size: int, growth: int) -> int:
-    """Ticks of the next window, after one of ``size``."""
-    if growth < 0:
-        return size // 2 if _divisible(model, size) else size
-    return size << growth
+def _wanted(model: Model, size: int, state: Coupled) -> int:
+    """Ticks of the next window, after one of ``size`` that ended in a state."""
+    growth = state.exchange.growth
+    if model.pace is not None and not state.exchange.total:
+        growth = model.pace.first
+    while growth < 0 and _divisible(model, size):
+        size, growth = size // 2, growth + 1
+    return size << max(growth, 0)
 
 
 def _divisible(model: Model, size: int) -> bool:
