@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 import mechanics.description as motion
 from coupling.deck_bodies import KINDS, Fineness, Meshed, Section, meshed, section_of, temperatures
-from coupling.deck_ties import equations, pulls, refusals, rows_of, sides_of
+from coupling.deck_ties import equations, pulls, refusals, rows_of, shares, sides_of
 from coupling.descriptions import motion_description
 from coupling.errors import BadCase, Problem
 from coupling.mechanics_tables import MechanicsTable
@@ -102,6 +102,7 @@ class Deck(NamedTuple):
     text : str;  n : nodes;  cells : elements
     probes : name -> section whose mean displacement is the probe's, and its offset (3,)
     held : nodes (k,) that joints hold
+    carried : (3,) float [N]  loads at these nodes in statics, which CalculiX adds to reactions
     temperatures : probe -> mean [K] of its section at the end
     warnings : what to mistrust
     """
@@ -112,6 +113,7 @@ class Deck(NamedTuple):
     bodies: Mapping[str, Meshed]
     probes: Mapping[str, tuple[Section, Array]]
     held: NDArray[np.intp]
+    carried: Array
     temperatures: Mapping[str, float]
     warnings: Sequence[str]
 
@@ -244,10 +246,19 @@ class _Writer:
         lines += self._steps()
         cells = sum(len(m.cells) for m in self.bodies.values())
         text = "\n".join([*lines, ""])
+        held, carried, seen = self._held(), self._carried(), self._seen()
         return Deck(
-            text, self.n, cells, self.bodies, self.probes, self._held(), self._seen(),
-            self._warnings(),
-        )  # fmt: skip
+            text, self.n, cells, self.bodies, self.probes, held, carried, seen, self._warnings()
+        )
+
+    def _carried(self) -> Array:
+        """(3,) [N]  loads at the nodes that joints hold, in statics."""
+        held, pulled = self._held(), self._forces(np.array([self.options.moment]))
+        total = pulled.reshape(self.n, 3)[held].sum(axis=0)
+        if np.any(self.d.gravity):
+            masses = [m.body.material.density * shares(m) for m in self.bodies.values()]
+            total = total + np.concatenate(masses)[held].sum() * np.asarray(self.d.gravity)
+        return total
 
     def _seen(self) -> dict[str, float]:
         """Mean temperature [K] of the section of each probe at the end."""
@@ -370,6 +381,9 @@ class _Writer:
                 yield f"{f // 3 + 1},{f % 3 + 1},{_number(forces[f])}"
         yield from self._gravity()
         yield from self._output()
+        if self.kind == "dynamics":  # CalculiX wants energies from the first step on
+            yield "*EL PRINT,ELSET=EALL,TOTALS=ONLY"
+            yield "ELSE"
         yield "*END STEP"
 
     def _temperatures(self, row: int) -> Iterator[str]:

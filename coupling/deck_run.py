@@ -82,7 +82,7 @@ def _at_rest(scene: Scene, options: Options) -> Opinion:
     made = _made(at_rest(scene, "statics"), options)
     found, seconds = solved(made)
     moved = {name: course[-1] for name, course in courses(made, found).items()}
-    reaction = found.reaction[-1] if len(found.reaction) else np.zeros(3)
+    reaction = found.reaction[-1] - made.carried if len(found.reaction) else np.zeros(3)
     return _opinion(made, found, seconds)._replace(displacements=moved, reaction=reaction)
 
 

@@ -291,14 +291,18 @@ def _pull(load: motion.Load, bodies: Mapping[str, Meshed]) -> Pull:
 
 def _traction(load: motion.Traction, m: Meshed) -> Pull:
     """A force per area, through the thickness."""
+    assert isinstance(m.body, motion.Shell)
+    nodes = m.first + np.arange(len(m.points))
+    areas = shares(m) / m.body.thickness
+    return Pull(nodes, np.outer(areas, np.asarray(load.direction, float)), load.amplitude)
+
+
+def shares(m: Meshed) -> Array:
+    """(n,) [m^3]  integrals of the functions of the nodes."""
     from thermal.solid_elements import STORAGE, shape
 
-    assert isinstance(m.body, motion.Shell)
     own = shape(m.family, STORAGE[m.family])
     tangents = np.einsum("qnd,cnx->cqdx", own.slopes, m.points[m.cells])
     volumes = np.abs(np.linalg.det(tangents)) * own.weights
-    shares = np.einsum("cq,qn->cn", volumes, own.values)
-    of_nodes = np.bincount(m.cells.ravel(), shares.ravel(), len(m.points)) / m.body.thickness
-    direction = np.asarray(load.direction, float)
-    nodes = m.first + np.arange(len(m.points))
-    return Pull(nodes, np.outer(of_nodes, direction), load.amplitude)
+    parts = np.einsum("cq,qn->cn", volumes, own.values)
+    return np.bincount(m.cells.ravel(), parts.ravel(), len(m.points)).astype(np.float64)
