@@ -43,7 +43,7 @@ SLOW = {
     "ring truss": ("ring_truss", ("generate.ring.level=1", "time.end=0.5", "output.export=[]")),
     "ring with clearance": (
         "ring_clearance",
-        ("generate.ring.level=1", "time.end=0.06", "output.export=[]"),
+        ("generate.ring.level=1", "time.end=0.1", "time.window=0.01", "output.export=[]"),
     ),
 }
 
