@@ -23,6 +23,10 @@ class Around:
     exposure : takes a time and a mechanical motion, gives irradiation by condition
     joints : conductance of joints
     elastic : takes both states of a window and their temperatures, gives heat (n,) [J]
+
+    Attributes
+    ----------
+    lit : bool  whether light falls on anything
     """
 
     def __init__(
@@ -33,7 +37,7 @@ class Around:
         elastic: Any = None,
     ) -> None:
         self._transfer, self._exposure, self._joints = transfer, exposure, joints
-        self._elastic = elastic
+        self._elastic, self.lit = elastic, exposure is not None
         self.held = frozenset() if joints is None else frozenset(j.name for j in joints.joints)
 
     def at(self, t: float, motion: Any, T: Array) -> Mapping[str, Array]:
