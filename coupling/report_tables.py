@@ -90,7 +90,7 @@ class Varied(Table):
         """Overrides that name the curve and those that name the point, of each setting."""
         paths = list(self.vary)
         if self.combine == "together" or len(paths) < 2:
-            rows = list(zip(*self.vary.values(), strict=True)) if paths else [()]
+            rows = list(zip(*self.vary.values(), strict=False)) if paths else [()]
             return [({}, dict(zip(paths, row, strict=True))) for row in rows]
         return [
             (dict(zip(paths[:-1], row[:-1], strict=True)), {paths[-1]: row[-1]})
