@@ -11,6 +11,7 @@ from meshes.families import EDGES, FACES
 Array = NDArray[np.float64]
 
 ELEMENTS = {"hexahedron20": "ElementHexS2", "hexahedron27": "ElementHex2"}
+FACE_ELEMENTS = {"hexahedron20": "ElementQuadS2", "hexahedron27": "ElementQuad2"}
 NODES = {"hexahedron20": 20, "hexahedron27": 27}
 REDUCED, FULL = 3, 5
 """Degrees of quadrature: 2 x 2 x 2 and 3 x 3 x 3 points of Gauss."""
@@ -23,10 +24,10 @@ STIFFNESS = {
 
 
 class Shape(NamedTuple):
-    """Functions of k nodes at p points of the reference cell.
+    """Functions of k nodes at p points of the reference cell, or of a face of it.
 
     values : (p, k) float
-    slopes : (p, k, 3) float  by reference coordinates
+    slopes : (p, k, d) float  by reference coordinates
     weights : (p,) float
     """
 
@@ -37,13 +38,26 @@ class Shape(NamedTuple):
 
 @cache
 def shape(family: str, degree: int) -> Shape:
-    """Functions of the nodes, in the order of ``meshes.families``."""
+    """Functions of the nodes of a cell, in the order of ``meshes.families``."""
+    return _shape(ELEMENTS[family], degree, nodes(family))
+
+
+@cache
+def face_shape(family: str, degree: int) -> Shape:
+    """Functions of the nodes of a face of a cell."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
+    places = np.vstack([corners, middles, corners.mean(axis=0)])
+    return _shape(FACE_ELEMENTS[family], degree, places[: FACES[family].shape[1]])
+
+
+def _shape(name: str, degree: int, places: Array) -> Shape:
     import skfem
     from skfem.quadrature import get_quadrature
 
-    element = getattr(skfem, ELEMENTS[family])()
+    element = getattr(skfem, name)()
     X, weights = get_quadrature(element.refdom, degree)
-    far = np.linalg.norm(element.doflocs[None] - nodes(family)[:, None], axis=2)
+    far = np.linalg.norm(element.doflocs[None] - places[:, None], axis=2)
     pairs = [element.lbasis(X, int(i)) for i in far.argmin(axis=1)]
     values = np.stack([np.broadcast_to(v, X.shape[1:]) for v, _ in pairs], axis=-1)
     slopes = [np.stack([np.broadcast_to(g, X.shape[1:]) for g in G]) for _, G in pairs]

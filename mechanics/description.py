@@ -138,16 +138,18 @@ class Continuum:
 class ReferencePoint:
     """A place of a solid body with a position and an orientation, for joints, loads and springs.
 
-    It is the mean of a face: r the weighted mean position of its nodes, r_y and r_z the plane that
-    fits them best. What acts on it spreads over the face, which swells and warps freely.
+    It is the mean of a face: r its mean position, r_y and r_z the plane that fits it best. What
+    acts on it spreads over the face, which swells and warps freely.
 
     Attributes
     ----------
     body : name of a ``Continuum``
     nodes : (k,) int  of the face
-    weights : (k,) float [m^2]  area that belongs to each
+    weights : (k,) float [m^2]  area that belongs to each; used where the nodes make no whole face
+        of a cell, over which the mean is taken otherwise
     axes : (3, 3) float  rows e1 (normal to the face), e2, e3
     points : (k, 3) float [m]  reference positions of the nodes; None: as the body has them
+    shares : (3, k) float  of the nodes in r, r_y [1/m] and r_z [1/m]; None: by the face
     velocity, spin : None: those of the body
     """
 
@@ -157,6 +159,7 @@ class ReferencePoint:
     weights: Array
     axes: Array
     points: Array | None = None
+    shares: Array | None = None
     velocity: Array | None = None
     spin: Array | None = None
 
