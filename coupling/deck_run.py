@@ -83,7 +83,10 @@ def _at_rest(scene: Scene, options: Options) -> Opinion:
     found, seconds = solved(made)
     moved = {name: course[-1] for name, course in courses(made, found).items()}
     reaction = found.reaction[-1] - made.carried if len(found.reaction) else np.zeros(3)
-    return _opinion(made, found, seconds)._replace(displacements=moved, reaction=reaction)
+    turned = {name: course[-1] for name, course in turns(made, found).items()}
+    return _opinion(made, found, seconds)._replace(
+        displacements=moved, reaction=reaction, turns=turned
+    )
 
 
 def _expanded(scene: Scene, options: Options) -> Opinion:
@@ -107,7 +110,8 @@ def _transient(scene: Scene, options: Options) -> Opinion:
     seen = found.times > (1.0 if still else 0.0)  # CalculiX counts the time of the statics before
     moved = {name: course[seen] for name, course in courses(made, found).items()}
     times = found.times[seen] - (1.0 if still else 0.0)
-    return _opinion(made, found, seconds)._replace(times=times, courses=moved)
+    turned = {name: course[seen] for name, course in turns(made, found).items()}
+    return _opinion(made, found, seconds)._replace(times=times, courses=moved, turns=turned)
 
 
 def _mass(scene: Scene, options: Options) -> Opinion:
@@ -132,6 +136,25 @@ def courses(made: Deck, found: Printed) -> dict[str, Array]:
         weights = section.place + offset[1] * section.along_2 + offset[2] * section.along_3
         moved[name] = np.einsum("n,knc->kc", weights, found.displacements[:, at])
     return moved
+
+
+def turns(made: Deck, found: Printed) -> dict[str, Array]:
+    """(k, 3) [rad]  rotation of the section of each probe of a beam at each time."""
+    turned = {}
+    for name, (section, _) in made.probes.items():
+        if section.along_2.any():
+            at = np.searchsorted(found.nodes, section.nodes)
+            slopes = np.stack([section.along_2, section.along_3])
+            now = np.einsum("sn,knc->ksc", slopes, found.displacements[:, at]) + section.axes[1:]
+            turned[name] = np.array([_rotation(vectors, section.axes[1:]) for vectors in now])
+    return turned
+
+
+def _rotation(after: Array, before: Array) -> Array:
+    """(3,) [rad]  that takes vectors to others, in the least-squares sense (Kabsch 1976)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.align_vectors(after, before)[0].as_rotvec())
 
 
 STAGES: dict[str, Callable[[Scene, Options], Opinion]] = {

@@ -21,6 +21,7 @@ class Opinion(NamedTuple):
     reaction : (3,) float [N]  on all that joints hold
     frequencies : (m,) float [Hz]
     times : (k,) float [s];  courses : probe -> (k, 3) [m]  displacement over time
+    turns : probe -> (3,) [rad]  rotation of its section at rest, or (k, 3) over time
     temperatures : probe -> [K]  at the end
     warnings : what is not to be trusted
     """
@@ -34,6 +35,7 @@ class Opinion(NamedTuple):
     frequencies: Array = np.empty(0)
     times: Array = np.empty(0)
     courses: Mapping[str, Array] = {}
+    turns: Mapping[str, Array] = {}
     temperatures: Mapping[str, float] = {}
     warnings: tuple[str, ...] = ()
 

@@ -1,19 +1,21 @@
 """Opinions of other programs as quantities of the stages that a crosscheck compares."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.crosscheck.quantities import Quantity
-from coupling.descriptions import line_bodies
+from coupling.descriptions import flexible_bodies, line_bodies
 from coupling.errors import BadCase
 from coupling.opinion import Opinion
 from coupling.scene import Scene
 
 Array = NDArray[np.float64]
 
+RIGID = 6
+"""Motions of a free body without strain."""
 STEPS = 200
 """Equal steps of a motion in time that a program takes at the least."""
 
@@ -21,7 +23,7 @@ STEPS = 200
 class Told(NamedTuple):
     """What a program told of all stages it was asked for.
 
-    dof : of the last of them;  quantities : stage -> all of it
+    dof : at most;  quantities : stage -> all of it
     seconds : stage -> run time [s];  why : stage -> why it yields nothing
     """
 
@@ -33,20 +35,62 @@ class Told(NamedTuple):
 
 def told(name: str, scene: Scene) -> Told:
     """What "calculix" or "exudyn" makes of the stages of a scene's [crosscheck]."""
-    ask = {"calculix": _by_calculix, "exudyn": _by_exudyn}[name]
-    dof, found, seconds, why = 0, {}, {}, {}
+    program = {"calculix": _by_calculix, "exudyn": _by_exudyn}[name]
+    asked = _Asked(program, scene)
     for stage in scene.crosscheck.stages:  # type: ignore[union-attr]
+        asked.about(stage)
+    return Told(asked.dof, asked.quantities, asked.seconds, asked.why)
+
+
+class _Asked:
+    """A program that is asked about a scene, stage by stage; no question twice."""
+
+    def __init__(self, program: Callable[[Scene, str], Opinion], scene: Scene) -> None:
+        self._program, self._scene = program, scene
+        self._known: dict[str, Opinion] = {}
+        self.dof = 0
+        self.quantities: dict[str, list[Quantity]] = {}
+        self.seconds: dict[str, float] = {}
+        self.why: dict[str, str] = {}
+
+    def about(self, stage: str) -> None:
+        """Ask for the quantities of a stage."""
         if stage not in YIELDS:
-            why[stage] = "it is not asked for this"
-            continue
+            self.why[stage] = "it is not asked for this"
+            return
         try:
-            said = ask(_counted(scene), stage)
+            self.quantities[stage] = list(YIELDS[stage](self))
         except BadCase as error:
-            why[stage] = "; ".join(problem.text for problem in error.problems)
-            continue
-        dof, seconds[stage] = said.dof, said.seconds
-        found[stage] = list(YIELDS[stage](scene, said))
-    return Told(dof, found, seconds, why)
+            self.why[stage] = "; ".join(problem.text for problem in error.problems)
+
+    @property
+    def scene(self) -> Scene:
+        """With its [crosscheck]."""
+        return self._scene
+
+    def said(self, stage: str) -> Opinion:
+        """What the program makes of a stage; the time counts for the stage that asks first."""
+        if stage not in self._known:
+            self._known[stage] = self._program(_counted(self._scene), stage)
+            self.dof = max(self.dof, self._known[stage].dof)
+            self.seconds[stage] = self._known[stage].seconds
+        return self._known[stage]
+
+    def alone(self, body: str) -> Opinion:
+        """Vibrations of a body that nothing holds."""
+        nothing: dict[str, object] = {
+            "joint": {},
+            "load": {},
+            "gravity": None,
+            "thermal": None,
+            "probe": {},
+        }
+        analysis = self._scene.analysis.model_copy(update={"count": RIGID + 1, "kind": "modes"})
+        own = {"body": {body: self._scene.body[body]}, "analysis": analysis}
+        found = self._program(self._scene.model_copy(update=nothing | own), "frequencies")
+        self.dof = max(self.dof, found.dof)
+        self.seconds["rigid_modes"] = self.seconds.get("rigid_modes", 0.0) + found.seconds
+        return found
 
 
 def _counted(scene: Scene) -> Scene:
@@ -79,12 +123,26 @@ def _by_exudyn(scene: Scene, stage: str) -> Opinion:
 # ----------------------------------------------------------------------------------- stages
 
 
-def _mass(scene: Scene, said: Opinion) -> Iterator[Quantity]:
-    yield Quantity("mass", "kg", np.array(said.mass))
+Quantities = Iterator[Quantity]
 
 
-def _thermal_load(scene: Scene, said: Opinion) -> Iterator[Quantity]:
-    for name, moved in said.displacements.items():
+def _mass(asked: _Asked) -> Quantities:
+    yield Quantity("mass", "kg", np.array(asked.said("mass").mass))
+
+
+def _rigid_modes(asked: _Asked) -> Quantities:
+    for body in flexible_bodies(asked.scene):
+        found = np.sort(np.abs(asked.alone(body).frequencies))
+        elastic, rigid = found[RIGID], found[RIGID - 1]
+        yield Quantity(f"{body}: first elastic frequency", "Hz", np.array(elastic))
+        yield Quantity(
+            f"{body}: six rigid frequencies / elastic", "1", np.array(rigid / elastic), "nothing"
+        )
+
+
+def _thermal_load(asked: _Asked) -> Quantities:
+    scene = asked.scene
+    for name, moved in asked.said("thermal_load").displacements.items():
         body = scene.probe[name].body
         if body in line_bodies(scene):
             e1 = scene.shapes[body].axes[0, 0]
@@ -93,37 +151,52 @@ def _thermal_load(scene: Scene, said: Opinion) -> Iterator[Quantity]:
             yield Quantity(f"{name}: across", "m", moved - along * e1)
 
 
-def _static(scene: Scene, said: Opinion) -> Iterator[Quantity]:
-    for name, moved in said.displacements.items():
+def _static(asked: _Asked) -> Quantities:
+    for name, moved in asked.said("static").displacements.items():
         yield Quantity(f"{name}: displacement", "m", moved)
 
 
-def _frequencies(scene: Scene, said: Opinion) -> Iterator[Quantity]:
+def _frequencies(asked: _Asked) -> Quantities:
     """In their order, not paired by shapes."""
-    for k, frequency in enumerate(said.frequencies.tolist(), 1):
+    for k, frequency in enumerate(asked.said("frequencies").frequencies.tolist(), 1):
         yield Quantity(f"mode {k}", "Hz", np.array(frequency))
 
 
-def _transient(scene: Scene, said: Opinion) -> Iterator[Quantity]:
-    times = scene.time.window * np.arange(scene.time.windows + 1, dtype=np.float64)
+def _transient(asked: _Asked) -> Quantities:
+    said = asked.said("transient")
     for name, course in said.courses.items():
-        moved = _at(times, said.times, course)
+        moved = _at(asked.scene, said.times, course)
         yield Quantity(f"{name}: farthest", "m", np.array(np.linalg.norm(moved, axis=1).max()))
         yield Quantity(f"{name}: displacement, rms", "m", moved, "rms")
         yield Quantity(f"{name}: displacement, most", "m", moved, "most")
 
 
-def _at(times: Array, own: Array, course: Array) -> Array:
-    """(w, 3)  a course that begins at rest, at other times."""
+def _pointing(asked: _Asked) -> Quantities:
+    moving = "transient" in asked.scene.crosscheck.stages  # type: ignore[union-attr]
+    said = asked.said("transient" if moving else "static")
+    for name, turned in said.turns.items():
+        if not moving:
+            yield Quantity(f"{name}: rotation", "mrad", 1e3 * turned)
+            continue
+        course = 1e3 * _at(asked.scene, said.times, turned)
+        yield Quantity(f"{name}: rotation, rms", "mrad", course, "rms")
+        yield Quantity(f"{name}: rotation, most", "mrad", course, "most")
+
+
+def _at(scene: Scene, own: Array, course: Array) -> Array:
+    """(w + 1, 3)  a course that begins at rest, at the ends of the windows."""
+    times = scene.time.window * np.arange(scene.time.windows + 1, dtype=np.float64)
     if not len(own) or own[0] > 0.0:
         own, course = np.append(0.0, own), np.vstack([np.zeros(3), course])
     return np.column_stack([np.interp(times, own, column) for column in course.T])
 
 
-YIELDS: dict[str, Callable[[Scene, Any], Iterator[Quantity]]] = {
+YIELDS: dict[str, Callable[[_Asked], Quantities]] = {
     "mass": _mass,
+    "rigid_modes": _rigid_modes,
     "thermal_load": _thermal_load,
     "static": _static,
     "frequencies": _frequencies,
     "transient": _transient,
+    "pointing": _pointing,
 }
