@@ -17,9 +17,9 @@ from mechanics.system import System
 
 Array = NDArray[np.float64]
 
-PLANAR, END, BALL, WALL, TUBE = "planar", "end", "ball", "wall", "tube"
+PLANAR, END, BALL, WALL, TUBE, BORE = "planar", "end", "ball", "wall", "tube", "bore"
 """Forms of contacts: of a planar pin; of the end of a bore; a ball in a socket; a corner at a wall;
-a tube in a tube."""
+a tube in a tube; a pin in a bore that is a solid."""
 ORBITS = {PLANAR: 2, END: 2, BALL: 3, TUBE: 3}
 """Components of the orbit of round contacts."""
 FIRST = "end_1"
@@ -36,8 +36,11 @@ class Contact(NamedTuple):
     axes : (3, 3) float  rows: directions of the components of the response in the reference
     arm : (3,) float [m]  from the centre of the bearing across its axis, in the reference
     normal : (3,) float  of the wall, outwards, in the reference; zeros where there is none
-    points : (2,) int  of journal and bearing among the temperatures; None: a telescope
+    points : (2 or more,) int  of the journal, then the bearing among the temperatures; None: a
+        telescope
     drive : which of the driven rows drives the joint; -1 where none does
+    row : of its history among all, which its parts follow, whose friction is its own
+    parts : how many
     """
 
     name: str
@@ -50,22 +53,46 @@ class Contact(NamedTuple):
     normal: Array
     points: Array | None
     drive: int
+    row: int
+    parts: int = 0
 
 
 def contacts_of(scene: Scene, system: System) -> list[Contact]:
     """All contacts in the order of their histories."""
     drives = {system.row_names[row]: i for i, row in enumerate(system.driven)}
     tables = loose_joints(scene)
-    found = []
+    found: list[Contact] = []
+    row = 0
     for term in system.contacts:
-        for k, name in enumerate(term.contact_names):
+        names = term.contact_names
+        if not hasattr(term, "planes") and hasattr(term, "facets"):
+            found.append(_of_bore(term, tables[names[0]], row))
+            row += len(names)
+            continue
+        for k, name in enumerate(names):
             joint = joint_of(name, tables)
             assert joint is not None
             label = name[len(joint) + 1 :]
             place = _geometry(term, tables[joint], k)
             drive = drives.get(joint, -1)
-            found.append(Contact(name, joint, label, tables[joint], *place, drive))
+            found.append(Contact(name, joint, label, tables[joint], *place, drive, row))
+            row += 1
     return found
+
+
+def _of_bore(term: Any, table: contact_tables.Loose, row: int) -> Contact:
+    """The whole of a pin in the bore of a solid; its directions are those of space."""
+    points = np.concatenate([[term.journal], np.unique(term.facets.rows)])
+    name, parts = term.contact_names[0], len(term.contact_names) - 1
+    nothing = np.zeros(3)
+    return Contact(name, name, "", table, BORE, np.eye(3), nothing, nothing, points, -1, row, parts)
+
+
+def losses(contacts: list[Contact], lost: Array) -> Array:
+    """(n_c, 2) [J]  of contacts with their parts, from those of all histories (h, 2)."""
+    if len(contacts) == len(lost):
+        return lost
+    return np.array([lost[c.row : c.row + 1 + c.parts].sum(axis=0) for c in contacts])
 
 
 def joint_of(contact: str, joints: Collection[str]) -> str | None:
@@ -130,7 +157,7 @@ def history(
         response[:, first : first + 3] for first in (march.PATH, march.FRICTION, march.SLIP)
     )
     rows: dict[str, NDArray] = {"time": times}
-    if contact.form == WALL:
+    if contact.form in (WALL, BORE):
         rows["towards_wall"] = path[:, 0]
     else:
         rows["orbit"] = path[:, : ORBITS[contact.form]]
@@ -190,6 +217,8 @@ def attributes(scene: Scene, contact: Contact, number: int, centre: Array | None
     if isinstance(table, contact_tables.Telescope):
         return rows | _tubes(scene, contact, table)
     assert centre is not None
+    if contact.form == BORE:  # no orbit: where it touches is in the solid
+        return {key: value for key, value in rows.items() if key != "directions"}
     if not isinstance(table, contact_tables.ClearanceTranslational):
         rows["radius"] = table.radius
     if not isinstance(table, contact_tables.ClearanceSpherical):

@@ -31,6 +31,8 @@ IN_3D = ("solid", "calculix")
 """Solvers of heat that mesh beams in 3D."""
 ROUND = 16
 """Cells round a section where nothing else is said."""
+ROUNDED = 1000.0
+"""Units of rounding that Newton's method leaves in the strain of solids."""
 SAME = 1e-6
 """How near two planes of nodes are that are one, relative to the cells there [-]."""
 
@@ -146,23 +148,38 @@ def solid_of(scene: Scene, name: str) -> Solid:
     (facets,) = (c for f, c in mesh.cells.items() if f.startswith("quad"))
     start = mesh.cells_of("start")
     (rows,) = start.values()
-    areas = _areas(local[:, 1:], facets[rows])[planes[0]]
+    flat_local = local * [0.0, 1.0, 1.0]
+    areas = face_areas(flat_local, facets[rows])[planes[0]]
     return Solid(
         name, section, numbers.element, mesh.points, mesh.cells[numbers.family], local, planes,
         areas, axes, numbers.along, facets,
     )  # fmt: skip
 
 
-def _areas(flat: Array, facets: Indices) -> Array:
-    """(n,) [m^2]  integral of the function of each node over facets in a plane."""
+def face_areas(points: Array, facets: Indices) -> Array:
+    """(n,) [m^2]  integral of the function of each node over facets."""
     from thermal.solid_elements import SURFACE, shape
 
     family = f"quad{facets.shape[1]}"
     form = shape(family, SURFACE[family])
-    tangents = np.einsum("qnd,fnc->fqdc", form.slopes, flat[facets])
-    sizes = np.abs(np.linalg.det(tangents)) * form.weights
-    found = np.zeros(len(flat))
+    first, second = np.einsum("qnd,fnc->dfqc", form.slopes, points[facets])
+    sizes = np.linalg.norm(np.cross(first, second), axis=-1) * form.weights
+    found = np.zeros(len(points))
     np.add.at(found, facets, np.einsum("fq,qn->fn", sizes, form.values))
+    return found
+
+
+def resolution(scene: Scene) -> float:
+    """Corrections of positions, relative to the size of a body, that rounding leaves [-].
+
+    Rounding of positions strains a cell by as much, times length over thickness of the cell.
+    """
+    found = 0.0
+    for solid in solids(scene).values():
+        corners = solid.points[solid.cells[:, :4]]
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        length = float(np.linalg.norm(np.ptp(solid.points, axis=0)))
+        found = max(found, ROUNDED * np.finfo(float).eps * length / float(edges.min()))
     return found
 
 
@@ -216,8 +233,11 @@ def bodies_of(
         station = round(solid.station_of(place))
         points.append(
             motion.ReferencePoint(
-                point_name(scene, name, place), name, solid.planes[station], solid.areas,
+                point_name(scene, name, place),
+                name,
+                solid.planes[station],
+                solid.areas,
                 solid.axes[station],
-            )  # fmt: skip
+            )
         )
     return [body, *points]

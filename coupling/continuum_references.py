@@ -5,15 +5,16 @@ from typing import Any
 
 from coupling.body_tables import LineBody, ShellBody
 from coupling.draft import Draft
-from coupling.errors import Problem, suggestion, unknown
+from coupling.errors import Problem, alternatives, unknown
 from coupling.joint_references import sites_of
-from coupling.mechanics_tables import MechanicsTable, MeshNumbers
+from coupling.mechanics_tables import Lug, MechanicsTable
 from coupling.places import place_of
 from coupling.site_tables import GROUND
 
 ON_PLANE = 1e-6
 """How near a place must be to a plane of nodes, relative to the distance of nodes [-]."""
 ROUND_BEAMS = "tube, circle or rectangle"
+HELD = ("position", "r_y", "r_z")
 WHAT = "as a continuum"
 
 
@@ -24,7 +25,7 @@ def check_mechanics(draft: Draft) -> Iterator[Problem]:
         return
     yield from _names(draft, table)
     yield from _bodies(draft)
-    yield from _joints(draft, table)
+    yield from _joints(draft)
     yield from _places(draft, table)
     yield from _heat(draft)
 
@@ -45,9 +46,21 @@ def _names(draft: Draft, table: MechanicsTable) -> Iterator[Problem]:
         elif joint is not None and joint.kind != "clearance_revolute":
             text = f"joint.{name} is a {joint.kind}: only a clearance_revolute has a bore"
             yield Problem(where, text)
-        elif joint is not None and lug.outer_radius <= joint.radius + joint.clearance:
-            text = f"must exceed that of the bore, {joint.radius + joint.clearance:g} m"
-            yield Problem(f"{where}.outer_radius", text)
+        elif joint is not None:
+            yield from _lug(joint, lug, where)
+
+
+def _lug(joint: Any, lug: Lug, where: str) -> Iterator[Problem]:
+    if lug.outer_radius <= joint.radius + joint.clearance:
+        text = f"must exceed that of the bore, {joint.radius + joint.clearance:g} m"
+        yield Problem(f"{where}.outer_radius", text)
+    if joint.angle is not None:
+        text = "the joint is driven, and a pin in a solid bore is not: turn it with a [load.NAME]"
+        yield Problem(where, f"{text} of kind 'torque'")
+    if joint.axial_clearance is not None:
+        yield Problem(where, "the joint has flanges (axial_clearance), and a solid bore has none")
+    if joint.contact.value is not None:
+        yield Problem(where, "the joint has a contact stiffness of its own (contact.value)")
 
 
 def _bodies(draft: Draft) -> Iterator[Problem]:
@@ -77,17 +90,18 @@ def _section(draft: Draft, name: str, body: LineBody) -> Iterator[Problem]:
         yield Problem(where, f"'{body.section}' is a tube without a hole: use a circle")
 
 
-def _joints(draft: Draft, table: MechanicsTable) -> Iterator[Problem]:
+def _joints(draft: Draft) -> Iterator[Problem]:
+    beams = {n for n, b in draft.named("body").items() if isinstance(b, LineBody)}
     for name, joint in draft.named("joint").items():
         where = f"joint.{name}"
         if joint.kind == "telescope":
-            yield Problem(where, f"tubes do not telescope {WHAT}: their contact takes beam elements")
-        elif joint.kind == "sliding" and isinstance(draft.named("body").get(joint.body), LineBody):
+            text = f"tubes do not telescope {WHAT}: their contact takes elements of beams"
+            yield Problem(where, text)
+        elif joint.kind == "sliding" and joint.body in beams:
             yield Problem(where, f"nothing slides on a beam {WHAT}: its axis is not a curve there")
-        elif joint.kind == "fixing" and isinstance(draft.named("body").get(joint.a.body), LineBody):
-            if joint.vector not in ("position", "r_y", "r_z"):
-                text = f"a section {WHAT} has position, r_y and r_z, got '{joint.vector}'"
-                yield Problem(f"{where}.vector", text)
+        elif joint.kind == "fixing" and joint.a.body in beams and joint.vector not in HELD:
+            text = f"a section {WHAT} has {alternatives(HELD)}, got '{joint.vector}'"
+            yield Problem(f"{where}.vector", text)
 
 
 def _places(draft: Draft, table: MechanicsTable) -> Iterator[Problem]:

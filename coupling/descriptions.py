@@ -76,7 +76,7 @@ def motion_description(scene: Scene) -> motion.Description:
 def _bodies(scene: Scene) -> list[motion.Body]:
     if not scene.mechanics.is_continuum:
         return [_body(scene, name) for name in scene.body]
-    from coupling import continuum
+    from coupling import continuum, continuum_lugs
 
     places, found = continuum.used_places(scene), list[motion.Body]()
     for name in scene.body:
@@ -84,6 +84,8 @@ def _bodies(scene: Scene) -> list[motion.Body]:
             found += continuum.bodies_of(scene, name, places.get(name, []))
         else:
             found.append(_body(scene, name))
+    for name in continuum_lugs.lugs(scene):
+        found += continuum_lugs.bodies_of(scene, name)
     return found
 
 
@@ -180,6 +182,10 @@ def sites_of(scene: Scene, a: Site, b: Site) -> tuple[motion.Site, motion.Site, 
 def _joints(scene: Scene, name: str) -> list[motion.Joint]:
     """What a table makes: one joint, or one for each node of an edge."""
     table = scene.joint[name]
+    if name in scene.mechanics.lug:
+        from coupling.continuum_lugs import joints_of
+
+        return joints_of(scene, name, _clearance(scene, name, table))
     site = getattr(table, "a", None)
     if site is None or site.edge is None:
         return [_joint(scene, name, table)]

@@ -140,7 +140,7 @@ def joint_conductance(scene: Scene, motion_solver: Any) -> JointConductance:
         [
             Joint(
                 f"contact.{name}",
-                np.array([i for i, c in enumerate(contacts) if c.joint == table.joint]),
+                np.array([c.row for c in contacts if c.joint == table.joint]),
                 _points(motion_solver, table.joint),
                 _law(scene, table),
             )

@@ -1,4 +1,4 @@
-"""Tables of the case file under [mechanics]: beams, or solids in three dimensions in their place."""
+"""Tables of the case file under [mechanics]: beams, or solids in 3D in their place."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal

@@ -1,7 +1,7 @@
 """What is read from states: probes, shapes of the bodies, resultants."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,11 @@ from coupling.places import place_of
 from coupling.scene import Scene
 from mechanics.description import Beam, Continuum, ReferencePoint, RigidBody, Shell, Site
 from mechanics.dynamics import Motion
-from mechanics.layout import Layout, family_of
+from mechanics.layout import Layout, Side, family_of
 from mechanics.system import Coefficients, System
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 SECTION = ("radius", "thickness", "height", "width", "area", "second_moment_2",
            "second_moment_3", "torsion_constant")  # fmt: skip
@@ -24,11 +25,34 @@ SLOPES = ("r_u", "r_v", "r_uv")
 # ---------------------------------------------------------------------------------- probes
 
 
-def probes(scene: Scene, layout: Layout, motion: Any, T: Array) -> dict[str, dict[str, Any]]:
+class Probed(NamedTuple):
+    """Where a probe is: point of a body, and how its place follows from coordinates.
+
+    rows : (k,) int  rows of the section temperatures of the body; None: it has none
+    """
+
+    site: Site
+    side: Side
+    rows: Indices | None
+
+
+def probed(scene: Scene, layout: Layout) -> dict[str, Probed]:
+    """The probes of a scene by name."""
+    found = {}
+    for name, probe in scene.probe.items():
+        site = material_point(scene, probe.body, place_of(scene.shapes[probe.body], probe))
+        found[name] = Probed(site, layout.site(site), layout.point_index.get(probe.body))
+    return found
+
+
+def probes(
+    places: Mapping[str, Probed], layout: Layout, motion: Any, T: Array
+) -> dict[str, dict[str, Any]]:
     """Position, velocity, acceleration of a motion in time, and temperature at each probe.
 
     Parameters
     ----------
+    places : see ``probed``
     motion : has t, q, v, and a if it is one in time
     T : (m, 3) float [K, K/m, K/m]  section temperatures
     """
@@ -36,15 +60,13 @@ def probes(scene: Scene, layout: Layout, motion: Any, T: Array) -> dict[str, dic
     fields = {"position": motion.q, "velocity": motion.v}
     if isinstance(motion, Motion):
         fields["acceleration"] = motion.a
-    for name, probe in scene.probe.items():
-        site = material_point(scene, probe.body, place_of(scene.shapes[probe.body], probe))
-        side = layout.site(site)
+    for name, (site, side, points) in places.items():
         at = side.vectors[:, None] + np.arange(3)
         rows[name] = {"time": motion.t}
         rows[name] |= {key: side.weights[0] @ values[at] for key, values in fields.items()}
-        if probe.body in layout.point_index:
-            points = T[layout.point_index[probe.body], 0]
-            rows[name]["temperature"] = _temperature(layout.bodies[site.body], site, points)
+        if points is not None:
+            body = layout.bodies[str(site.body)]
+            rows[name]["temperature"] = _temperature(body, site, T[points, 0])
     return rows
 
 
