@@ -2,7 +2,7 @@
 
 import importlib.metadata
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -150,7 +150,12 @@ class Model:
     def probes(self, state: Coupled) -> dict[str, dict[str, Any]]:
         """Position, velocity, acceleration and temperature at each probe."""
         motion, T = state.motion.motion, self.sections(state)
-        return observables.probes(self.scene, self.layout, motion, T)
+        return observables.probes(self.probed, self.layout, motion, T)
+
+    @cached_property
+    def probed(self) -> Mapping[str, observables.Probed]:
+        """Where the probes are."""
+        return observables.probed(self.scene, self.layout)
 
     def bodies(self, state: Coupled) -> dict[str, dict[str, Array]]:
         """Shape, section temperatures and resultants of each body."""
@@ -233,7 +238,7 @@ class Model:
 
     def _centre(self, contact: Contact) -> Array | None:
         """(3,) [m]  of the bearing at the start."""
-        return None if contact.points is None else self.layout.x[contact.points[1]]
+        return None if contact.points is None else self.layout.x[contact.points[1:]].mean(axis=0)
 
     def steps(self, before: Coupled, rows: Sequence[Rows]) -> Steps:
         """The accepted steps of a window that began in a state, with what contacts did in them."""
@@ -241,10 +246,11 @@ class Model:
         y = system.unknowns(motion.q, motion.lam)
         v = np.concatenate([motion.v, np.zeros(system.m)])
         response = system.respond(y, v, system.coefficients(self.sections(before)))
+        whole = [contact.row for contact in self.contacts]
         return Steps(
             np.concatenate([[motion.t], *(r.t for r in rows)]),
-            np.concatenate([response[None], *(r.response for r in rows)]),
-            np.concatenate([motion.approach[None], *(r.approach for r in rows)]),
+            np.concatenate([response[None], *(r.response for r in rows)])[:, whole],
+            np.concatenate([motion.approach[None], *(r.approach for r in rows)])[:, whole],
         )
 
     def contact_temperatures(
@@ -257,7 +263,7 @@ class Model:
         s = ((times - t0) / (t1 - t0))[:, None]
         T0, T1 = (self.sections(state)[contact.points, 0] for state in (before, after))
         T = (1.0 - s) * T0 + s * T1
-        return {"temperature_journal": T[:, 0], "temperature_bearing": T[:, 1]}
+        return {"temperature_journal": T[:, 0], "temperature_bearing": T[:, 1:].mean(axis=1)}
 
     # -- for people ----------------------------------------------------------------------------
 
@@ -361,13 +367,23 @@ def _control(scene: Scene) -> Control:
     own: dict[str, Any] = {"alpha": i.alpha, "spectral_radius": i.spectral_radius}
     scheme = Scheme(
         i.scheme,
-        newton_tolerance=i.newton_tolerance,
+        newton_tolerance=_newton_tolerance(scene),
         constraints=i.constraints,
         baumgarte_rate=i.baumgarte_rate,
         **{key: value for key, value in own.items() if value is not None},
     )
     smallest = i.smallest_step or SMALLEST_STEP * window
     return Control(i.tolerance, i.largest_step or window, smallest, scheme)
+
+
+def _newton_tolerance(scene: Scene) -> float:
+    """That of the case; of solids what rounding lets them reach, unless the case says it."""
+    own = scene.integrator.newton_tolerance
+    if not scene.mechanics.is_continuum or "newton_tolerance" in scene.integrator.model_fields_set:
+        return own
+    from coupling.continuum import resolution
+
+    return max(own, resolution(scene))
 
 
 def _transfer(scene: Scene, motion_solver: Mechanics, heat_solver: Any) -> manager.Transfer:
