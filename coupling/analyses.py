@@ -157,7 +157,7 @@ def _record(model: Model, recorder: Recorder, frames: Iterable[tuple[Place, Arra
             recorder.append(f"bodies/{name}", row)
         for name, row in model.cells(place, T).items():
             recorder.append(f"solids/{name}", row)
-        for name, row in observables.probes(model.scene, model.layout, place, T).items():
+        for name, row in observables.probes(model.probed, model.layout, place, T).items():
             recorder.append(f"probes/{name}", row)
 
 

@@ -54,6 +54,12 @@ class Events(NamedTuple):
     row: Indices
 
 
+NONE = Events(
+    np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.int8), np.zeros(0), np.zeros(0, np.intp)
+)
+"""No events."""
+
+
 def events(steps: Steps) -> Events:
     """Onsets and releases, located where a cubic through both ends of a step passes zero.
 
@@ -61,6 +67,8 @@ def events(steps: Steps) -> Events:
     """
     runs = steps.approach != 0.0
     row, contact = np.nonzero(runs[1:] != runs[:-1])
+    if not row.size:
+        return NONE
     begins = runs[row + 1, contact]
     time, rate = _passing(steps, row, contact, np.where(begins, -1.0, 1.0))
     speed = np.where(begins, steps.approach[row + 1, contact], -rate)

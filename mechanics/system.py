@@ -100,6 +100,7 @@ class System:
         self.solver = factor.choose(
             self.pattern, _blocks(self), _symmetry(self), solver, _ranks(self)
         )
+        self._evaluated: list[tuple[Array, Coefficients]] = []
         room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
         self.columns = [c.shape[1] for c in self.coefficients(room)]
         self._histories = _histories(self.terms, self.columns)
@@ -114,8 +115,16 @@ class System:
     # -- temperature and time ------------------------------------------------------------------
 
     def coefficients(self, T: Array) -> Coefficients:
-        """Coefficient arrays of all terms for section temperatures ``T`` (m, 3)."""
-        return tuple(np.ascontiguousarray(term.coefficients(T), float) for term in self.terms)
+        """Coefficient arrays of all terms for section temperatures ``T`` (m, 3).
+
+        The last two are remembered: the end of a window is the beginning of the next.
+        """
+        for known, coef in self._evaluated:
+            if np.array_equal(known, T):
+                return coef
+        coef = tuple(np.ascontiguousarray(term.coefficients(T), float) for term in self.terms)
+        self._evaluated = [(T.copy(), coef), *self._evaluated[:1]]
+        return coef
 
     def with_rates(
         self, c0: Coefficients, c1: Coefficients, h: float
