@@ -37,7 +37,7 @@ class Tolerances(Table):
 
     mass: Deviation = PAPER
     rigid_modes: Deviation = Field(
-        default=1e-5, description="of frequency and energy, over those of the first elastic mode"
+        default=1e-3, description="of frequency and energy, over those of the first elastic mode"
     )
     thermal_load: Deviation = PAPER
     static: Deviation = PAPER

@@ -14,7 +14,6 @@ ALIKE = 0.5
 """Least share of a shape that is found in another for the two to be a pair [-]."""
 
 
-
 def paired(found: Vibrations, reference: Vibrations, count: int) -> list[tuple[float, float]]:
     """Frequency [Hz] of each of the first modes of the reference, and likeness of the shapes.
 
@@ -46,5 +45,6 @@ def _likeness(found: Vibrations, k: int, shape: Array) -> float:
 def spectrum(pairs: list[tuple[float, float]]) -> list[Quantity]:
     """The frequencies as quantities."""
     return [
-        Quantity(f"mode {k}", "Hz", np.array(frequency)) for k, (frequency, _) in enumerate(pairs, 1)
+        Quantity(f"mode {k}", "Hz", np.array(frequency))
+        for k, (frequency, _) in enumerate(pairs, 1)
     ]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.crosscheck.comparison import ANCF, CONTINUUM, EXACT, OUTSIDE, Comparison, Row
-from coupling.crosscheck.samples import Samples, is_beam, nodes_of
+from coupling.crosscheck.samples import Samples, Section, is_beam, nodes_of
 from coupling.crosscheck.solved import Solved
 from coupling.descriptions import line_bodies
 
@@ -98,7 +98,9 @@ def surface(cells: NDArray[np.intp]) -> NDArray[np.intp]:
     from meshes.families import FACES
 
     quads = cells[:, FACES["hexahedron"]].reshape(-1, 4)
-    _, first, count = np.unique(np.sort(quads, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(
+        np.sort(quads, axis=1), axis=0, return_index=True, return_counts=True
+    )
     return quads[first[count == 1]]
 
 
@@ -188,35 +190,21 @@ def _draw_section(ax: Any, result: Comparison) -> None:
         return
     name, section = next(iter(solid.sections.items()))
     body = result.scene.probe[name].body
-    points = section.samples.points
-    flat = (points - points.mean(axis=0)) @ section.axes[1:].T
-    rims = {
-        CONTINUUM: _in_own_plane(section.samples.places(state_of(solid)), points, section.axes),
-        ANCF: _in_own_plane(
-            beams.samples({body: points}).places(state_of(beams)), points, section.axes
-        ),
-    }
+    there = Section(beams.samples({body: section.samples.points}), section.axes)
+    flat, wide = section.flat(state_of(solid))
+    rims = {CONTINUUM: wide, ANCF: there.flat(state_of(beams))[1]}
     most = max(float(np.abs(rim - flat).max()) for rim in rims.values())
     size = float(np.ptp(flat, axis=0).max())
     factor = 1.0 if most == 0.0 else 10.0 ** np.floor(np.log10(0.1 * size / most))
     ax.plot(*(1e3 * flat.T), ".", color=REST, ms=4)
     for who, mark in ((CONTINUUM, "o"), (ANCF, ".")):
-        there = flat + factor * (rims[who] - flat)
+        rim = flat + factor * (rims[who] - flat)
         colour = SOLID if who == CONTINUUM else COLOURS[ANCF]
-        ax.plot(*(1e3 * there.T), mark, color=colour, ms=5 if mark == "o" else 3, mfc="none")
+        ax.plot(*(1e3 * rim.T), mark, color=colour, ms=5 if mark == "o" else 3, mfc="none")
     ax.set_aspect("equal")
     ax.set_title(f"section at {name}, strains x {factor:g}")
     ax.set_xlabel("along e2 [mm]")
     ax.set_ylabel("along e3 [mm]")
-
-
-def _in_own_plane(there: Array, points: Array, axes: Array) -> Array:
-    """(k, 2) [m]  of a section that is turned back into its reference, without rigid motion."""
-    from scipy.spatial.transform import Rotation
-
-    before, after = points - points.mean(axis=0), there - there.mean(axis=0)
-    back = Rotation.align_vectors(before, after)[0]
-    return back.apply(after) @ axes[1:].T
 
 
 # ------------------------------------------------------------------------------ deviations

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Measure = Literal["value", "rms", "most", "nothing"]
+Measure = Literal["value", "rms", "most", "nothing", "told"]
 
 
 class Quantity(NamedTuple):
@@ -14,7 +14,8 @@ class Quantity(NamedTuple):
 
     value : () number, (k,) vector, or (w, k) history
     measure : "value": relative to the size of the reference; "rms", "most": of a history, relative
-        to its peak; "nothing": it should vanish, and is its own deviation
+        to its peak; "nothing": it should vanish, and is its own deviation;
+        "told": not compared, as one of the models cannot know it
     scale : what deviations are relative to, instead of the size of the reference; 0: that size
     """
 

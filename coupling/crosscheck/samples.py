@@ -128,9 +128,26 @@ class Section(NamedTuple):
         """(3,) [rad]  by which the section has turned, in the least-squares sense (Kabsch 1976)."""
         from scipy.spatial.transform import Rotation
 
-        before, after = self.samples.points, self.samples.places(q)
-        before, after = before - before.mean(axis=0), after - after.mean(axis=0)
+        before, after = self._about_centre(q)
         return Rotation.align_vectors(after, before)[0].as_rotvec()
+
+    def flat(self, q: Array) -> tuple[Array, Array]:
+        """(k, 2) [m] each: points in the plane of the section at rest, and turned back into it."""
+        from scipy.spatial.transform import Rotation
+
+        before, after = self._about_centre(q)
+        back = Rotation.align_vectors(before, after)[0].apply(after)
+        return before @ self.axes[1:].T, back @ self.axes[1:].T
+
+    def distortion(self, q: Array) -> float:
+        """[m]  how far a point of the section is from where even swelling would take it, at most."""
+        before, after = self.flat(q)
+        even = float(np.sum(after * before) / np.sum(before * before))
+        return float(np.linalg.norm(after - even * before, axis=1).max())
+
+    def _about_centre(self, q: Array) -> tuple[Array, Array]:
+        before, after = self.samples.points, self.samples.places(q)
+        return before - before.mean(axis=0), after - after.mean(axis=0)
 
 
 def sections(model: Model) -> dict[str, Section]:

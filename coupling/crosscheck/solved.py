@@ -15,6 +15,7 @@ from coupling.analyses import Place, temperatures
 from coupling.crosscheck.samples import Samples, Section, samples, sections
 from coupling.manager import Coupled
 from coupling.model import Model, build
+from coupling.observables import Probed, probed
 from coupling.scene import Scene
 
 Array = NDArray[np.float64]
@@ -108,6 +109,19 @@ class Solved:
             raise Failed(found.why)
         return Place(model.end if moving else 1.0, found.q, found.lam, np.zeros(system.n))
 
+    def stress(self, place: Place) -> float:
+        """Greatest equivalent stress [Pa] in a solid; of beams, which know none, nan."""
+        from mechanics.continuum import von_mises
+
+        system = self.model.motion_solver.system
+        y, coef = system.unknowns(place.q, place.lam), system.coefficients(self.temperatures[1])
+        found = [
+            float(von_mises(term.stresses(y, c)).max())
+            for term, c in zip(system.terms, coef, strict=True)
+            if hasattr(term, "stresses")
+        ]
+        return max(found, default=float("nan"))
+
     # -- vibration -----------------------------------------------------------------------------
 
     def vibrations(self, count: int, points: dict[str, Array]) -> Vibrations:
@@ -130,6 +144,17 @@ class Solved:
         """Of the probes."""
         return sections(self.model)
 
+    def probed(self, q: Array) -> dict[str, Array]:
+        """(3,) [m]  where each probe is at coordinates (n,)."""
+        return {
+            name: side.weights[0] @ q[side.vectors[:, None] + np.arange(3)]
+            for name, (_, side, _) in self._probes.items()
+        }
+
+    @cached_property
+    def _probes(self) -> dict[str, Probed]:
+        return probed(self.scene, self.model.layout)
+
     # -- motion --------------------------------------------------------------------------------
 
     @cached_property
@@ -149,10 +174,8 @@ class Solved:
             if model.contacts and rows:
                 kept.append(model.steps(states[-1], rows))
             states.append(window.state)
-        found = [model.probes(state) for state in states]
-        places = {
-            name: np.array([row[name]["position"] for row in found]) for name in self.scene.probe
-        }
+        found = [self.probed(state.motion.motion.q) for state in states]
+        places = {name: np.array([row[name] for row in found]) for name in self.scene.probe}
         turns = {
             name: np.array([section.rotation(s.motion.motion.q) for s in states])
             for name, section in self.sections.items()

@@ -1,12 +1,11 @@
 """The stages: what each yields of a model."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling import observables
 from coupling.crosscheck.quantities import Quantity
 from coupling.crosscheck.solved import Failed, Solved
 from coupling.descriptions import flexible_bodies, line_bodies
@@ -32,12 +31,16 @@ def measured(solved: Solved, stage: str) -> list[Quantity]:
 
 def _mass(solved: Solved) -> Iterator[Quantity]:
     layout, mass = solved.model.layout, solved.model.motion_solver.system.mass
-    along = np.stack([rigid_motion(layout, layout.q0, shift=e) for e in np.eye(3)])
+
+    def moving(**how: Any) -> Array:
+        return rigid_motion(layout, layout.q0, bodies=solved.scene.body, **how)
+
+    along = np.stack([moving(shift=e) for e in np.eye(3)])
     total = float(along[0] @ (mass @ along[0]))
-    turning = np.stack([rigid_motion(layout, layout.q0, turn=e) for e in np.eye(3)])
+    turning = np.stack([moving(turn=e) for e in np.eye(3)])
     first = turning @ (mass @ along.T) / total  # rows: turn about x, columns: motion along
     centre = np.array([first[1, 2], first[2, 0], first[0, 1]]) * -1.0
-    about = np.stack([rigid_motion(layout, layout.q0, turn=e, centre=centre) for e in np.eye(3)])
+    about = np.stack([moving(turn=e, centre=centre) for e in np.eye(3)])
     size = float(np.linalg.norm(np.ptp(layout.x, axis=0)))
     yield Quantity("mass", "kg", np.array(total))
     yield Quantity("centre of mass", "m", centre, scale=size)
@@ -52,10 +55,16 @@ def rigid_motion(
     shift: Array | None = None,
     turn: Array | None = None,
     centre: Array | None = None,
+    bodies: Collection[str] | None = None,
 ) -> Array:
-    """(n,) velocities of all coordinates (n,) in a rigid motion with the given speeds."""
+    """(n,) velocities of all coordinates (n,) in a rigid motion with the given speeds.
+
+    bodies : those that move; None: all
+    """
     v = np.zeros_like(q)
     for name, first in layout.node_dofs.items():
+        if bodies is not None and name.partition("@")[0] not in bodies:
+            continue
         at = first[:, None] + np.arange(layout.kinds[name])
         vectors = q[at].reshape(len(first), -1, 3).copy()
         moved = np.zeros_like(vectors)
@@ -88,10 +97,10 @@ def _of_free_body(solved: Solved, name: str) -> list[Quantity]:
     strain = _strain_of_turning(system, coef, elastic)
     rigid = float(np.abs(found.frequencies[:6]).max()) / elastic
     return [
-        Quantity(f"{name}: first elastic frequency, free", "Hz", np.array(elastic)),
-        Quantity(f"{name}: largest of six rigid frequencies, over it", "1", np.array(rigid),
+        Quantity(f"{name}: first elastic frequency", "Hz", np.array(elastic)),
+        Quantity(f"{name}: six rigid frequencies / elastic", "1", np.array(rigid),
                  "nothing"),
-        Quantity(f"{name}: strain energy of a turn by 1 rad, over its own", "1", np.array(strain),
+        Quantity(f"{name}: strain energy of a turn / vibration", "1", np.array(strain),
                  "nothing"),
     ]  # fmt: skip
 
@@ -121,9 +130,15 @@ def _thermal_load(solved: Solved) -> Iterator[Quantity]:
         if body in line_bodies(solved.scene):
             e1 = solved.scene.shapes[body].axes[0, 0]
             along = float(moved @ e1)
-            size = float(np.linalg.norm(moved))
-            yield Quantity(f"{name}: along", "m", np.array(along), scale=0.01 * size if abs(along) < 0.01 * size else 0.0)
-            yield Quantity(f"{name}: across", "m", moved - along * e1, scale=0.0)
+            yield Quantity(f"{name}: along", "m", np.array(along))
+            yield Quantity(f"{name}: across", "m", moved - along * e1)
+
+    for name, section in solved.sections.items():
+        swelling = section.distortion(solved.expanded.q)
+        yield Quantity(f"{name}: out of round", "µm", np.array(1e6 * swelling), "told")
+    yield Quantity(
+        "greatest stress", "MPa", np.array(1e-6 * solved.stress(solved.expanded)), "told"
+    )
 
 
 def _static(solved: Solved) -> Iterator[Quantity]:
@@ -133,10 +148,8 @@ def _static(solved: Solved) -> Iterator[Quantity]:
 
 def _displacements(solved: Solved, place: Any) -> dict[str, Array]:
     """(3,) [m]  of each probe from the reference."""
-    model, (T0, T1) = solved.model, solved.temperatures
-    before = observables.probes(solved.scene, model.layout, place._replace(q=model.layout.q0), T0)
-    after = observables.probes(solved.scene, model.layout, place, T1)
-    return {name: after[name]["position"] - before[name]["position"] for name in after}
+    before, after = solved.probed(solved.model.layout.q0), solved.probed(place.q)
+    return {name: after[name] - before[name] for name in after}
 
 
 def _pointing(solved: Solved) -> Iterator[Quantity]:
@@ -147,7 +160,8 @@ def _pointing(solved: Solved) -> Iterator[Quantity]:
             yield Quantity(f"{name}: rotation, rms", "mrad", turns, "rms")
             yield Quantity(f"{name}: rotation, most", "mrad", turns, "most")
         else:
-            yield Quantity(f"{name}: rotation", "mrad", 1e3 * section.rotation(solved.equilibrium.q))
+            turn = 1e3 * section.rotation(solved.equilibrium.q)
+            yield Quantity(f"{name}: rotation", "mrad", turn)
 
 
 # ---------------------------------------------------------------------------------- motion

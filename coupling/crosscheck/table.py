@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from coupling.crosscheck.comparison import ANCF, CONTINUUM, EXACT, OUTSIDE, Comparison, Measured
+from coupling.crosscheck.comparison import ANCF, CONTINUUM, EXACT, OUTSIDE, Comparison
+from coupling.crosscheck.measured import Measured
 
 TARGET = 100.0
 """Times less that beams are to take than a converged continuum, which is what they are for."""
@@ -18,9 +19,18 @@ TARGET = 100.0
 def show(result: Comparison, out: Console) -> None:
     """Print what deviates how far, then what it costs."""
     for grid in (_quantities(result), _costs(result)):
-        out.print(grid)
+        _print(out, grid)
     for note in notes(result):
         out.print(note, markup=False)
+
+
+def _print(out: Console, grid: Grid) -> None:
+    """As wide as it is: numbers that wrap or are cut cannot be read."""
+    from rich.measure import Measurement
+
+    wide = out.options.update(max_width=1000)
+    width = Measurement.get(out, wide, grid).maximum
+    Console(file=out.file, width=width, no_color=out.no_color).print(grid)
 
 
 def participants(result: Comparison) -> list[str]:
@@ -48,7 +58,7 @@ def _quantities(result: Comparison) -> Grid:
         for name in (n for n in names if n != CONTINUUM):
             style = "red" if name in row.beyond else ""
             cells.append(Text(_percent(row.deviations.get(name), row.unit), style))
-        cells.append(_percent(row.tolerances[ANCF], row.unit))
+        cells.append(_percent(row.tolerances.get(ANCF), row.unit))
         cells.append(Text(_percent(row.error, row.unit), "red" if row.unconverged else ""))
         grid.add_row(*cells)
         before = row.stage
