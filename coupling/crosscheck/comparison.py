@@ -12,8 +12,9 @@ from coupling.crosscheck.outside import measured_by
 from coupling.crosscheck.pairing import paired, spectrum
 from coupling.crosscheck.quantities import Quantity, deviation, remaining
 from coupling.crosscheck.samples import material_points
-from coupling.crosscheck.solved import Failed, Solved
+from coupling.crosscheck.solved import Failed, Solved, asked
 from coupling.crosscheck.stages import measured
+from coupling.crosscheck_tables import Crosscheck
 from coupling.errors import BadCase
 from coupling.scene import Scene
 
@@ -98,36 +99,45 @@ def compare(scene: Scene, wanted: Sequence[str], say: Say) -> Comparison:
     ----------
     wanted : participants besides beams: "continuum", "calculix", "exudyn"
     """
-    table, absent = scene.crosscheck, {}
-    meshes: list[Measured] = []
-    if CONTINUUM in wanted:
-        for number, changes in enumerate(table.continuum, 1):
-            name = f"{CONTINUUM} {number}/{len(table.continuum)}"
-            solid = {"mechanics.solver": "continuum", **changes}
-            try:
-                meshes.append(_solved(name, changed(scene, solid), say, meshes[-1:]))
-            except BadCase as error:
-                absent[CONTINUUM] = "; ".join(p.text for p in error.problems)
-                break
+    table, absent = asked(scene), dict[str, str]()
+    meshes = _meshes(scene, absent, say) if CONTINUUM in wanted else []
     _solved(ANCF, changed(scene, table.ancf), lambda text: None)  # kernels are compiled here
-    beams = _solved(ANCF, changed(scene, table.ancf), say)
-    models = {ANCF: beams}
-    if meshes and CONTINUUM not in absent:
+    models = {ANCF: _solved(ANCF, changed(scene, table.ancf), say)}
+    if meshes:
         models[CONTINUUM] = meshes[-1]._replace(name=CONTINUUM)
-    for name in OUTSIDE:
-        if name not in wanted:
-            continue
-        found = measured_by(name, changed(scene, getattr(table, name)))
+    models |= _others(scene, [name for name in OUTSIDE if name in wanted], absent, say)
+    _pair_modes(table, models, meshes)
+    rows = [row for stage in table.stages for row in _rows(scene, stage, models, meshes)]
+    return Comparison(scene, rows, models, meshes, absent)
+
+
+def _meshes(scene: Scene, absent: dict[str, str], say: Say) -> list[Measured]:
+    """The continuum on all its meshes; none where it cannot express the case."""
+    found: list[Measured] = []
+    every = asked(scene).continuum
+    for number, changes in enumerate(every, 1):
+        solid = {"mechanics.solver": "continuum", **changes}
+        try:
+            found.append(_solved(f"{CONTINUUM} {number}/{len(every)}", changed(scene, solid), say))
+        except BadCase as error:
+            absent[CONTINUUM] = "; ".join(p.text for p in error.problems)
+            return []
+    return found
+
+
+def _others(
+    scene: Scene, names: Iterable[str], absent: dict[str, str], say: Say
+) -> dict[str, Measured]:
+    """Other programs that are installed and able."""
+    models = {}
+    for name in names:
+        found = measured_by(name, changed(scene, getattr(asked(scene), name)))
         if isinstance(found, str):
             absent[name] = found
         else:
             models[name] = found
             say(_told(found))
-    if CONTINUUM in absent:
-        meshes = []
-    pair_modes(table, models, meshes)
-    rows = [row for stage in table.stages for row in _rows(scene, stage, models, meshes)]
-    return Comparison(scene, rows, models, meshes, absent)
+    return models
 
 
 def changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
@@ -139,11 +149,12 @@ def changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     return from_text(scene.text, scene.folder, made)
 
 
-def _solved(name: str, scene: Scene, say: Say, coarser: Sequence[Measured] = ()) -> Measured:
+def _solved(name: str, scene: Scene, say: Say) -> Measured:
     """All stages but frequencies, whose shapes wait to be paired."""
     solved = Solved(name, scene)
-    found, why = {}, {}
-    for stage in scene.crosscheck.stages:
+    found: dict[str, list[Quantity]] = {}
+    why: dict[str, str] = {}
+    for stage in asked(scene).stages:
         if stage == "frequencies":
             continue
         try:
@@ -161,7 +172,7 @@ def _told(model: Measured) -> str:
     return f"{model.name}: {model.dof} coordinates, {spent:.3g} s{refused}"
 
 
-def pair_modes(table: Any, models: dict[str, Measured], meshes: list[Measured]) -> None:
+def _pair_modes(table: Crosscheck, models: dict[str, Measured], meshes: list[Measured]) -> None:
     """Frequencies of all models, in the order of those of the reference."""
     if "frequencies" not in table.stages:
         return
@@ -185,7 +196,7 @@ def pair_modes(table: Any, models: dict[str, Measured], meshes: list[Measured]) 
 def _rows(
     scene: Scene, stage: str, models: dict[str, Measured], meshes: list[Measured]
 ) -> Iterator[Row]:
-    table = scene.crosscheck
+    table = asked(scene)
     named = {
         name: {q.name: q for q in model.quantities.get(stage, [])} for name, model in models.items()
     }
@@ -199,7 +210,9 @@ def _rows(
         yield _row(stage, there, limits, _alike(meshes, stage, name))
 
 
-def _limits(table: Any, stage: str, vanishing: bool, there: Iterable[str]) -> dict[str, float]:
+def _limits(
+    table: Crosscheck, stage: str, vanishing: bool, there: Iterable[str]
+) -> dict[str, float]:
     """What each participant may deviate; rigid modes have besides an elastic one."""
     own = "frequencies" if stage == "rigid_modes" and not vanishing else stage
     limit = getattr(table.tolerance, own)

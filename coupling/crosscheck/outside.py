@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from coupling.crosscheck.measured import Measured
 from coupling.crosscheck.quantities import Quantity
+from coupling.crosscheck.solved import asked
 from coupling.descriptions import line_bodies
 from coupling.errors import BadCase
 from coupling.opinion import Opinion
@@ -25,7 +26,8 @@ def measured_by(name: str, scene: Scene) -> Measured | str:
     module, function = PROGRAMS[name].split(":")
     ask: Ask = getattr(import_module(module), function)
     found = Measured(name, 0, {}, {}, {})
-    for stage in scene.crosscheck.stages:
+    turning = "transient" if "transient" in asked(scene).stages else "static"
+    for stage in asked(scene).stages:
         if stage == "pointing":
             continue
         try:
@@ -36,9 +38,8 @@ def measured_by(name: str, scene: Scene) -> Measured | str:
         found.quantities[stage] = list(YIELDS[stage](scene, opinion))
         found.seconds[stage] = opinion.seconds
         found = found._replace(dof=max(found.dof, opinion.dof))
-        if stage in ("static", "transient") and "pointing" in scene.crosscheck.stages:
-            if stage == "transient" or "transient" not in scene.crosscheck.stages:
-                found.quantities["pointing"] = list(_turned(scene, opinion))
+        if "pointing" in asked(scene).stages and stage == turning:
+            found.quantities["pointing"] = list(_turned(scene, opinion))
     reasons = set(found.why.values())
     if not found.quantities:
         return "; ".join(sorted(reasons)) if len(reasons) == 1 else _listed(found.why)
@@ -83,7 +84,7 @@ def _static(scene: Scene, opinion: Opinion) -> Iterator[Quantity]:
 
 def _frequencies(scene: Scene, opinion: Opinion) -> Iterator[Quantity]:
     """In their order: their shapes are not known here."""
-    for k, frequency in enumerate(opinion.frequencies[: scene.crosscheck.modes], 1):
+    for k, frequency in enumerate(opinion.frequencies[: asked(scene).modes], 1):
         yield Quantity(f"mode {k}", "Hz", np.array(frequency))
 
 

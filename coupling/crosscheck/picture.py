@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from coupling.crosscheck.comparison import ANCF, CONTINUUM, EXACT, OUTSIDE, Comparison, Row
 from coupling.crosscheck.samples import Samples, Section, is_beam, nodes_of
-from coupling.crosscheck.solved import Solved
+from coupling.crosscheck.solved import Solved, asked
 from coupling.descriptions import line_bodies
 
 Array = NDArray[np.float64]
@@ -44,9 +44,9 @@ def draw(result: Comparison, path: Path) -> Path:
     with matplotlib.rc_context(STYLE):
         height = 5.0 + 0.28 * len(rows)
         figure = Figure(figsize=(10.0, height), dpi=130, layout="constrained")
-        top, bottom = figure.subfigures(2, 1, height_ratios=[4.2, height - 4.2])
-        _draw_shapes(top, result)
-        _draw_deviations(bottom.subplots(), rows)
+        parts: Any = figure.subfigures(2, 1, height_ratios=[4.2, height - 4.2])
+        _draw_shapes(parts[0], result)
+        _draw_deviations(parts[1].subplots(), rows)
         title = result.scene.title or result.scene.folder.name
         figure.suptitle(title, x=0.01, ha="left", weight="bold")
         figure.savefig(path)
@@ -58,10 +58,10 @@ def draw(result: Comparison, path: Path) -> Path:
 
 def state_of(solved: Solved) -> Array:
     """(n,) coordinates that are drawn: in equilibrium, or where the first probe is farthest."""
-    if "transient" in solved.scene.crosscheck.stages:
+    if "transient" in asked(solved.scene).stages:
         return solved.course.peak
     stages = {"static", "pointing", "frequencies"}
-    if stages & set(solved.scene.crosscheck.stages):
+    if stages & set(asked(solved.scene).stages):
         return solved.equilibrium.q
     return solved.expanded.q
 
@@ -76,7 +76,8 @@ def shapes(result: Comparison) -> dict[str, Shapes]:
         if solid is None or is_beam(solid.model, name):
             found[name] = _ribbon(beams, name)
             continue
-        quads = surface(solid.model.layout.bodies[name].cells)
+        body: Any = solid.model.layout.bodies[name]
+        quads = surface(body.cells)
         used, local = np.unique(quads, return_inverse=True)
         points = nodes_of(solid.model, name)[used]
         at = solid.model.layout.node_dofs[name][used][:, None] + np.arange(3)
@@ -157,7 +158,7 @@ def _magnified(bodies: list[Shapes]) -> float:
 def _draw_one(ax: Any, one: Shapes, plane: Array, factor: float) -> None:
     from matplotlib.collections import PolyCollection
 
-    def seen(points: Array) -> Array:
+    def seen(points: Array) -> Any:
         return (points @ plane.T)[one.quads]
 
     ax.add_collection(PolyCollection(seen(one.points), fc="#eef0f2", ec=REST, lw=0.5))

@@ -140,7 +140,7 @@ class Section(NamedTuple):
         return before @ self.axes[1:].T, back @ self.axes[1:].T
 
     def distortion(self, q: Array) -> float:
-        """[m]  how far a point of the section is from where even swelling would take it, at most."""
+        """[m]  how far, at most, a point is from where even swelling of the section takes it."""
         before, after = self.flat(q)
         even = float(np.sum(after * before) / np.sum(before * before))
         return float(np.linalg.norm(after - even * before, axis=1).max())

@@ -13,12 +13,19 @@ from numpy.typing import NDArray
 
 from coupling.analyses import Place, temperatures
 from coupling.crosscheck.samples import Samples, Section, samples, sections
+from coupling.crosscheck_tables import Crosscheck
 from coupling.manager import Coupled
 from coupling.model import Model, build
 from coupling.observables import Probed, probed
 from coupling.scene import Scene
 
 Array = NDArray[np.float64]
+
+
+def asked(scene: Scene) -> Crosscheck:
+    """The [crosscheck] of a case that has one."""
+    assert scene.crosscheck is not None  # the command has looked
+    return scene.crosscheck
 
 
 class Failed(Exception):  # noqa: N818 (says it in the language of its reader)

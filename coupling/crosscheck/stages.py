@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.crosscheck.quantities import Quantity
-from coupling.crosscheck.solved import Failed, Solved
+from coupling.crosscheck.solved import Failed, Solved, asked
 from coupling.descriptions import flexible_bodies, line_bodies
 
 Array = NDArray[np.float64]
@@ -153,7 +153,7 @@ def _displacements(solved: Solved, place: Any) -> dict[str, Array]:
 
 
 def _pointing(solved: Solved) -> Iterator[Quantity]:
-    table = solved.scene.crosscheck
+    table = asked(solved.scene)
     for name, section in solved.sections.items():
         if "transient" in table.stages:
             turns = 1e3 * solved.course.turns[name]

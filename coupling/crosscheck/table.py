@@ -4,13 +4,15 @@ import csv
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from coupling.crosscheck.comparison import ANCF, CONTINUUM, EXACT, OUTSIDE, Comparison
+from coupling.crosscheck.comparison import ANCF, CONTINUUM, EXACT, OUTSIDE, Comparison, Row
 from coupling.crosscheck.measured import Measured
+from coupling.crosscheck.solved import asked
 
 TARGET = 100.0
 """Times less that beams are to take than a converged continuum, which is what they are for."""
@@ -140,12 +142,12 @@ def notes(result: Comparison) -> list[str]:
             f"time without building: {verdict}"
         )
         found.append("continuum ±: what its meshes show it may still be wrong by (Richardson)")
-    if result.scene.overrides and result.scene.crosscheck.exact:
+    if result.scene.overrides and asked(result.scene).exact:
         found.append("exact values are left out: they hold for the case as it is written")
     return found
 
 
-def _counts(row) -> bool:
+def _counts(row: Row) -> bool:
     return row.reference == CONTINUUM and ANCF in row.deviations
 
 
@@ -156,7 +158,7 @@ def written(result: Comparison, folder: Path) -> list[Path]:
     """crosscheck.csv, times.csv and crosscheck.md in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     names = participants(result)
-    table = [
+    table: list[list[Any]] = [
         ["stage", "quantity", "unit", *names, *(f"deviation of {n}" for n in names),
          *(f"tolerance of {n}" for n in names), "error of continuum"],
         *([row.stage, row.quantity, row.unit,
@@ -164,7 +166,7 @@ def written(result: Comparison, folder: Path) -> list[Path]:
            *(row.tolerances.get(n, "") for n in names), row.error] for row in result.rows),
     ]  # fmt: skip
     stages = _timed(result)
-    times = [["model", "coordinates", *stages]]
+    times: list[list[Any]] = [["model", "coordinates", *stages]]
     times += [
         [m.name, str(m.dof), *(str(m.seconds.get(s, "")) for s in stages)] for m in _all(result)
     ]
