@@ -185,9 +185,10 @@ def _run(scene: "Scene", parent: Path, resume: bool) -> None:
 def _say_error(results: Path, scene: "Scene | None", out: Console) -> None:
     """One line about the errors in time of a run, where they have been estimated."""
     from coupling.error_estimate import kept, said
-    from coupling.reading import Results
+    from coupling.reading import BadResults, Results
 
-    with Results.open(results) as opened:
+    found = None
+    with suppress(BadResults), Results.open(results) as opened:  # who needs them says what is wrong
         found = kept(opened.attributes())
     if found is not None:
         out.print(said(found, scene), markup=False)

@@ -54,7 +54,7 @@ def check_same_case(saved: str, now: str) -> None:
 def _essence(text: str) -> dict[str, Any]:
     """What a case is about, without how it is computed and written."""
     tables = tomllib.loads(text)
-    for name in ("title", "description", "output", "integrator", "coupling"):
+    for name in ("title", "description", "output", "integrator", "coupling", "report"):
         tables.pop(name, None)
     tables.get("time", {}).pop("end", None)
     return tables
