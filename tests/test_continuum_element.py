@@ -200,3 +200,23 @@ def test_inverted_cells_and_wrong_cells_are_refused():
     body = Continuum("body", mesh.points, mesh.cells["hexahedron20"], ALUMINIUM, COLD)
     with pytest.raises(ValueError, match="have 27 nodes"):
         System(Description([replace(body, element="hexahedron27")]))
+
+
+@elements
+def test_order_of_convergence(element):
+    """The gradient of a harmonic potential needs no body force; errors fall with h^3 or faster."""
+    errors = [_error(element, n) for n in (2, 4)]
+    assert np.log2(errors[0] / errors[1]) > 2.7
+
+
+def _error(element, n):
+    """Root mean square error at the nodes inside, boundary values being exact."""
+    mesh = box((1.0, 1.0, 1.0), (n, n, n), 2, family(element))
+    (x, y, z), k = mesh.points.T, np.sqrt(0.5) * 3.0
+    a, sy, sz = np.exp(3.0 * x), np.sin(k * y), np.sin(k * z)
+    parts = 3.0 * a * sy * sz, k * a * np.cos(k * y) * sz, k * a * sy * np.cos(k * z)
+    exact = 1e-3 * np.stack(parts, axis=1)
+    inside = np.repeat(np.all((mesh.points > 1e-9) & (mesh.points < 1.0 - 1e-9), axis=1), 3)
+    K, u = stiffness(free(mesh, element=element)), exact.ravel()
+    found = spsolve(K[inside][:, inside].tocsc(), -(K[inside][:, ~inside] @ u[~inside]))
+    return np.sqrt(np.mean((found - u[inside]) ** 2))
