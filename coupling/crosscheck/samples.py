@@ -66,7 +66,7 @@ def samples(model: Model, points: Mapping[str, Array]) -> Samples:
     return Samples(np.concatenate([np.zeros((0, 3)), *points.values()]), _matrix(model, rows))
 
 
-Row = tuple[Array, Array]
+Row = tuple[NDArray[np.intp], Array]
 
 
 def _matrix(model: Model, rows: list[Row]) -> csr_array:

@@ -173,7 +173,8 @@ class Solved:
     def _run(self, initial: Coupled) -> Course:
         from coupling.simulation import Attempts, Stopped, windows
 
-        model, rows, kept, states = self.model, [], [], [initial]
+        model, rows = self.model, list[Any]()
+        kept, states = list[Any](), [initial]
         attempts = Attempts(rows.clear, rows.append, rows.clear)
         for window in windows(model, initial, attempts=attempts):
             if isinstance(window, Stopped):

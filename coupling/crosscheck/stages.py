@@ -1,6 +1,7 @@
 """The stages: what each yields of a model."""
 
 from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,7 @@ def rigid_motion(
 
 def _rigid_modes(solved: Solved) -> Iterator[Quantity]:
     for name in flexible_bodies(solved.scene):
-        yield from solved.timed("rigid_modes", lambda name=name: _of_free_body(solved, name))
+        yield from solved.timed("rigid_modes", partial(_of_free_body, solved, name))
 
 
 def _of_free_body(solved: Solved, name: str) -> list[Quantity]:
@@ -87,7 +88,7 @@ def _of_free_body(solved: Solved, name: str) -> list[Quantity]:
     from mechanics.modes import modes
     from mechanics.system import System
 
-    body = solved.model.layout.bodies[name]
+    body: Any = solved.model.layout.bodies[name]
     system = System(Description([body]))
     rest = np.zeros((len(system.layout.x), 3))
     rest[:, 0] = body.reference_temperature
