@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 PENALTY = 10.0
 """Stiffness of the surface where none is given, in Young's moduli over the size of a cell [-]."""
-ELEMENT = "hexahedron20"
+FAMILY = "hexahedron20"
 
 
 def ring_name(joint: str) -> str:
@@ -41,7 +41,7 @@ def ring_mesh(scene: Scene, name: str) -> Mesh:
 
     joint, lug = _joint(scene, name), scene.mechanics.lug[name]
     inner = joint.radius + joint.clearance
-    mesh = bore(inner, lug.outer_radius, lug.length, lug.round, lug.layers, lug.cells, 2, ELEMENT)
+    mesh = bore(inner, lug.outer_radius, lug.length, lug.round, lug.layers, lug.cells, 2, FAMILY)
     *_, at = sites_of(scene, joint.bearing, joint.journal)
     axes = _axes(np.array(joint.axis))
     local = mesh.points - [0.0, 0.0, 0.5 * lug.length]
@@ -56,11 +56,19 @@ def bodies_of(scene: Scene, name: str) -> list[motion.Continuum | motion.Referen
 
     joint, mesh = _joint(scene, name), ring_mesh(scene, name)
     velocity, spin = _motion_of(scene, joint.bearing.body)
+    lug = scene.mechanics.lug[name]
+    single = lug.layers == lug.cells == 1  # reduced quadrature leaves a row of cells loose
     ring = motion.Continuum(
-        ring_name(name), mesh.points, mesh.cells[ELEMENT],
-        material_of(scene, joint.bearing_material), reference_of(joint), ELEMENT, 0.0, velocity,
+        ring_name(name),
+        mesh.points,
+        mesh.cells[FAMILY],
+        material_of(scene, joint.bearing_material),
+        reference_of(joint),
+        f"{FAMILY}-full" if single else FAMILY,
+        0.0,
+        velocity,
         spin,
-    )  # fmt: skip
+    )
     ((_, rows),) = mesh.cells_of("outer").items()
     facets = mesh.cells["quad8"][rows]
     areas = face_areas(mesh.points, facets)
