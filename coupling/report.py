@@ -48,6 +48,8 @@ def report(
     else:
         from coupling.casefile import read
 
+        if not Path(what).exists():
+            _chosen(what, name, ())
         made = _of_case(read(what, settings), what, name, out, wanted)
     return [file for result in made for file in publish(result, folder, out)]
 

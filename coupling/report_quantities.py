@@ -192,7 +192,8 @@ def _at_probe(model: Any, name: str, key: str, at: Moment) -> Array:
     from coupling import observables
 
     column, component, _ = PROBE[key]
-    row = observables.probes(model.scene, model.layout, at.motion, at.sections)[name]
+    one = {name: model.probed[name]}
+    row = observables.probes(one, model.layout, at.motion, at.sections)[name]
     value = np.atleast_1d(np.asarray(row[column], dtype=float))
     return value if component is None else value[component : component + 1]
 
