@@ -10,7 +10,7 @@ from rich.text import Text
 
 from coupling.casefile import FILE_NAME
 from coupling.joint_references import SIDES
-from coupling.reports.registry import OWN
+from coupling.reports.registry import OF_A_CASE, OWN
 from coupling.scene import Analysis, Integrator
 from coupling.surface_tables import SURFACES
 from coupling.verify.registry import AREAS
@@ -73,6 +73,8 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     _section(out, "analyses  (analysis.kind)", _bare(ANALYSES))
     _section(out, "schemes  (integrator.scheme)", _bare(SCHEMES))
     _section(out, "generated structures  (generate.NAME.kind)", _bare(["ring_truss"]))
+    of_a_case = [*OF_A_CASE, "and its tables [report.NAME]"]
+    _section(out, "reports of a case  (thermobody report CASE NAME)", _bare(of_a_case))
     for what, reports in OWN.items():
         _section(out, f"reports  (thermobody report {what} NAME)", _bare(reports))
     _section(out, "verification areas  (thermobody verify AREA)", _bare(AREAS))

@@ -2,8 +2,9 @@
 
 Motion: the sum of the local errors that the step control estimated (Zienkiewicz & Xie 1991), the
 largest of all coordinates at each step, relative to the size of what moves. Local errors of steps
-hardly decay in free motion and do in damped motion, where the sum is too large. Errors of the mesh
-are none of them, nor are those of contacts that begin at other times.
+hardly decay in free motion and do in damped motion, where the sum is too large: for a mass on a
+spring, booms, a truss and an arm in a loose hinge it is 0.7 to 7 times the distance from a run with
+far smaller steps. Errors of the mesh are none of it, nor those of motions that grow apart.
 
 Heat: the sum of the local errors of its steps. Heat forgets: the sum is a bound, not an estimate.
 
