@@ -252,7 +252,7 @@ def _directions(contact: Contact) -> Array:
     """(d, 3) directions of the components of the orbit, or of the way to the wall."""
     if contact.form == WALL:
         return contact.normal[None]
-    return contact.axes[: ORBITS[contact.form]]
+    return contact.axes[: ORBITS.get(contact.form, 0)]
 
 
 def _side(scene: Scene, side: str, site: Any, arm: Array) -> dict[str, Any]:

@@ -45,11 +45,13 @@ from mechanics.description import (
     ClearanceSpherical,
     ClearanceTranslational,
     NormalContact,
+    ReferencePoint,
     RigidBody,
     Site,
 )
 from mechanics.directions import direction, normal_to, origin, unit, unit_direction
 from mechanics.layout import Layout, Side
+from mechanics.reference_point import face_weights
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -406,9 +408,19 @@ def _ends(
 
 
 def _at_arm(site: Site, side: Side, arm: Array, layout: Layout) -> Side:
-    if site.body is None or not isinstance(layout.bodies[site.body], RigidBody):
+    body = None if site.body is None else layout.bodies[site.body]
+    if isinstance(body, ReferencePoint):
+        return _on_face(side, body, layout)
+    if not isinstance(body, RigidBody):
         return side
     return layout.site(replace(site, offset=np.asarray(site.offset) + side.triad @ arm))
+
+
+def _on_face(side: Side, point: ReferencePoint, layout: Layout) -> Side:
+    """A reference point has no mass: the nodes of its face move for it."""
+    rows = (side.vectors - layout.node_dofs[point.name][0]) // 3
+    nodes = layout.node_dofs[point.body][point.nodes]
+    return side._replace(vectors=nodes, weights=side.weights @ face_weights(point)[rows])
 
 
 def _mobility(pair: tuple[Side, Side], diagonal: Array) -> float:
