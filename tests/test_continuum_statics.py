@@ -85,14 +85,14 @@ def test_frequencies_of_a_cantilever():
 def test_frequency_of_a_tube_follows_its_modulus():
     """Mean radius 12.5 mm, wall 1 mm, length 1 m: 25.01 Hz at 25 degC; it falls as sqrt E(T)."""
     paper = library_material("al6061-paper")
-    made = cantilever(straight(1.0, tube(0.0125, 0.001), 16, 8), paper, ends=("start", "end"))
+    made = cantilever(straight(1.0, tube(0.0125, 0.001), 12, 8), paper, ends=("start", "end"))
     found = []
     for T in (298.15, 398.15):
 
         def field(x, T=T):
             return T + 0.0 * x[:, 0]
 
-        found.append(made.frequencies(2, made.equilibrium(field), field)[0])
+        found.append(made.frequencies(1, made.equilibrium(field, steps=1), field)[0])
     assert found[0] == pytest.approx(25.01, rel=5e-3)
     moduli = paper.youngs_modulus(np.array([298.15, 398.15]))
     swollen = np.sqrt(1.0 + paper.thermal_strain(np.array(398.15), COLD))
@@ -167,7 +167,7 @@ def test_same_as_calculix_with_the_same_mesh(tmp_path):
 
 def _deck(mesh, held, loaded, forces):
     lines = ["*NODE, NSET=ALL"]
-    lines += [f"{i + 1}, {x:.16e}, {y:.16e}, {z:.16e}" for i, (x, y, z) in enumerate(mesh.points)]
+    lines += [f"{i + 1}, {x:.12e}, {y:.12e}, {z:.12e}" for i, (x, y, z) in enumerate(mesh.points)]
     lines += ["*ELEMENT, TYPE=C3D20R, ELSET=BODY"]
     for i, cell in enumerate(mesh.cells["hexahedron20"] + 1):
         lines += [", ".join(map(str, [i + 1, *cell[:15]])) + ",", ", ".join(map(str, cell[15:]))]
@@ -179,5 +179,5 @@ def _deck(mesh, held, loaded, forces):
     ]
     lines += ["*BOUNDARY", *(f"{node + 1}, 1, 3" for node in held), "*STEP", "*STATIC", "*CLOAD"]
     for node, force in zip(loaded, forces, strict=True):
-        lines += [f"{node + 1}, {k + 1}, {f:.16e}" for k, f in enumerate(force)]
+        lines += [f"{node + 1}, {k + 1}, {f:.12e}" for k, f in enumerate(force)]
     return "\n".join([*lines, "*NODE PRINT, NSET=ALL", "U", "*END STEP", ""])
