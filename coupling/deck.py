@@ -135,9 +135,10 @@ def deck(scene: Scene, heat: History, options: Options = DEFAULT) -> Deck:
         options = options._replace(large=scene.analysis.kind != "modes")
     problems = [*_bodies_refused(d), *refusals(d, bool(options.large)), *_of_scene(scene, d)]
     if problems:
-        raise BadCase(
-            str(scene.folder), [Problem("", f"not in a CalculiX deck: {p}") for p in problems]
-        )
+        found = [Problem("", f"not in a CalculiX deck: {p}") for p in problems]
+        if any("small rotations" in p for p in problems):
+            found.append(Problem("", "--linear writes what is right for small rotations"))
+        raise BadCase(str(scene.folder), found)
     sites = {name: site_of(scene, name) for name in scene.probe}
     bodies = meshed(d, [*_sites(d), *sites.values()], options.fineness)
     return _Writer(scene, d, bodies, heat, options, sites).deck()
