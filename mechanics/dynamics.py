@@ -249,7 +249,7 @@ def _slopes(
 
     Central differences, exact for constraints quadratic in q.
     """
-    eps = march.instant(y, v, system.n)
+    eps = march.instant(y, v, system.scale)
     low, here, high = (
         system.constraints(system.unknowns((y + s * v)[: system.n]), t + s, coef)
         for s in (-eps, 0.0, eps)

@@ -50,6 +50,8 @@ PRESSED = 0.05
 estimate, often too small in a mechanism [-]."""
 UNMEASURED = -1.0
 """Marks an impact that runs without a positive approach speed: no dissipation is known for it."""
+UNKNOWN = 1e-6
+"""Approach speed where it is not known, in speeds of an impact as deep [-]."""
 VIOLENT = 0.1
 """Penetration rate, in approach speeds, above which a contact is resolved as an impact [-]."""
 CALM = 4
@@ -174,7 +176,7 @@ def _impact_rung(p, w, response):
         mass = meeting_mass(mobility, j, response[j])
         as_deep = _speed_as_deep(mass, response[j, DEPTH], row)
         if abs(response[j, DEPTH_RATE]) > VIOLENT * max(speed, as_deep):
-            last = duration(mass, max(speed, 1e-9), row)
+            last = duration(mass, max(speed, UNKNOWN * as_deep), row)
             rung = max(rung, rung_below(s, last / _impact_steps(s)))
     return rung
 

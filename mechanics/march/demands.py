@@ -58,7 +58,7 @@ def decay(p, w, h):
     s, step, total, n = reals(w, SETTINGS), reals(w, TRIED), reals(w, TOTAL), reals(w, A1_).size
     m = total.size - n
     rates = reals(w, RATES).reshape((3, m))
-    eps = instant(reals(w, Y1_), reals(w, V1_), n)
+    eps = instant(reals(w, Y1_), reals(w, V1_), reals(p, P_SCALE))
     for k in range(3):
         _violation(p, w, (k - 1) * eps, 1.0, rates[k])
     write_signals(p, step[0], reals(w, VALUES), acting(p, w))
@@ -75,7 +75,7 @@ def velocity_rows(p, w, h):
     step, total, n = reals(w, TRIED), reals(w, TOTAL), reals(w, A1_).size
     m = total.size - n
     rates = reals(w, RATES).reshape((3, m))
-    eps = instant(reals(w, Y1_), reals(w, V1_), n)
+    eps = instant(reals(w, Y1_), reals(w, V1_), reals(p, P_SCALE))
     for k in range(2):
         _violation(p, w, (2 * k - 1) * eps, 0.0, rates[k])
     write_signals(p, step[0], reals(w, VALUES), acting(p, w))

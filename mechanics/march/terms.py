@@ -217,9 +217,12 @@ def coefficients(p, w, t):
 
 
 @njit(cache=True, error_model="numpy")
-def instant(y, v, n):
-    """Time step [s] for differences along the motion: a ten thousandth of its own time."""
+def instant(y, v, scale):
+    """Time step [s] for differences along the motion: a ten thousandth of its own time.
+
+    scale : (n,) float  size of each coordinate
+    """
     far, fast = 0.0, 0.0
-    for i in range(n):
-        far, fast = max(far, abs(y[i])), max(fast, abs(v[i]))
+    for i in range(scale.size):
+        far, fast = max(far, abs(y[i]) / scale[i]), max(fast, abs(v[i]) / scale[i])
     return 1e-4 * (1.0 + far) / (1.0 + fast)
