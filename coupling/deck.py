@@ -15,7 +15,16 @@ from scipy.spatial import KDTree
 
 import mechanics.description as motion
 from coupling.deck_bodies import KINDS, Fineness, Meshed, Section, meshed, section_of, temperatures
-from coupling.deck_ties import equations, pulls, refusals, rows_of, shares, sides_of
+from coupling.deck_ties import (
+    Equations,
+    equations,
+    groups,
+    pulls,
+    refusals,
+    rows_of,
+    shares,
+    sides_of,
+)
 from coupling.descriptions import motion_description
 from coupling.errors import BadCase, Problem
 from coupling.mechanics_tables import MechanicsTable
@@ -301,7 +310,11 @@ class _Writer:
             yield f"*SOLID SECTION,ELSET=E{i},MATERIAL=M{i}"
 
     def _equations(self) -> Iterator[str]:
-        found = equations(self.rows)
+        for group in groups(self.rows):
+            yield from self._solved(equations(group))
+
+    @staticmethod
+    def _solved(found: Equations) -> Iterator[str]:
         for k, first in enumerate(found.dependent.tolist()):
             used = np.flatnonzero(found.factors[k])
             terms = [(first, 1.0)]

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 import mechanics.description as motion
 from coupling.deck_bodies import Meshed, Section, column, section_of
@@ -240,13 +242,23 @@ def _unit(a: Array) -> Array:
     return a / np.linalg.norm(a)
 
 
+def groups(rows: Sequence[Row]) -> list[list[Row]]:
+    """The rows that share nodes, directly or by others, together."""
+    if not rows:
+        return []
+    nodes = np.concatenate([row.nodes for row in rows])
+    owners = np.repeat(np.arange(len(rows)), [len(row.nodes) for row in rows])
+    ones, shape = np.ones(len(nodes)), (len(rows), int(nodes.max()) + 1)
+    uses = csr_array((ones, (owners, nodes)), shape=shape)
+    count, label = connected_components(uses @ uses.T, directed=False)
+    return [[rows[i] for i in np.flatnonzero(label == k).tolist()] for k in range(count)]
+
+
 def equations(rows: Sequence[Row]) -> Equations:
     """The same rows solved for as many displacements, so that none of them depends on another.
 
     Rows that follow from others are dropped.
     """
-    if not rows:
-        return Equations(np.empty(0, np.intp), np.empty(0, np.intp), np.empty((0, 0)))
     freedoms = np.unique(np.concatenate([3 * r.nodes[:, None] + np.arange(3) for r in rows]))
     matrix = np.zeros((len(rows), len(freedoms)))
     for i, row in enumerate(rows):
