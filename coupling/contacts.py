@@ -53,7 +53,7 @@ class Contact(NamedTuple):
     normal: Array
     points: Array | None
     drive: int
-    row: int
+    row: int = 0
     parts: int = 0
 
 

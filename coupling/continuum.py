@@ -4,7 +4,7 @@ The mesh is swept from station to station of the beam as the heat in 3D sweeps i
 nodes coincide where the numbers of cells do.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,7 +188,7 @@ def resolution(scene: Scene) -> float:
 
 def used_places(scene: Scene) -> dict[str, list[Place]]:
     """Places of each solid at which joints, loads and probes sit, once each."""
-    sites = [site for joint in scene.joint.values() for site in sites_of(joint).values()]
+    sites: list[Any] = [site for joint in scene.joint.values() for site in sites_of(joint).values()]
     for load in scene.load.values():
         sites += [getattr(load, key) for key in ("at", "a", "b") if hasattr(load, key)]
     found: dict[str, dict[str, Place]] = {}

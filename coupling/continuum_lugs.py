@@ -114,11 +114,13 @@ def _outer(name: str) -> str:
 
 def _stiffness(scene: Scene, name: str, material: Material) -> float:
     """Pressure per depth [N/m^3]."""
+    from coupling.descriptions import reference_of
+
     joint, lug = _joint(scene, name), scene.mechanics.lug[name]
     if lug.stiffness is not None:
         return lug.stiffness
     size = 2.0 * np.pi * (joint.radius + joint.clearance) / lug.round
-    return PENALTY * float(material.youngs_modulus(joint.reference_temperature)) / size
+    return PENALTY * float(material.youngs_modulus(reference_of(joint))) / size
 
 
 def _axes(axis: Array) -> Array:

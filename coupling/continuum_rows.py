@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.continuum import Solid, solids
+from coupling.continuum import solids
 from coupling.scene import Scene
 from mechanics.system import Coefficients, System
 
@@ -69,7 +69,8 @@ class SolidRows:
         """(n_c,) [Pa]  mean over each cell."""
         from mechanics.continuum import von_mises
 
-        y, found = self._system.unknowns(motion.q, motion.lam), {}
+        y = self._system.unknowns(motion.q, motion.lam)
+        found: dict[str, Array] = {}
         for term, c in zip(self._system.terms, coef, strict=True):
             if hasattr(term, "stresses"):
                 share = term.volumes / term.volumes.sum(axis=1, keepdims=True)
@@ -84,8 +85,3 @@ def _triads(r_y: Array, r_z: Array) -> Array:
     e1 = np.cross(e2, r_z)
     e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
     return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
-
-
-def shown(solid: Solid) -> str:
-    """A mesh in words."""
-    return f"{len(solid.cells)} cells, {len(solid.points)} nodes"

@@ -182,7 +182,7 @@ def sites_of(scene: Scene, a: Site, b: Site) -> tuple[motion.Site, motion.Site, 
 def _joints(scene: Scene, name: str) -> list[motion.Joint]:
     """What a table makes: one joint, or one for each node of an edge."""
     table = scene.joint[name]
-    if name in scene.mechanics.lug:
+    if name in scene.mechanics.lug and isinstance(table, contact_tables.Sided):
         from coupling.continuum_lugs import joints_of
 
         return joints_of(scene, name, _clearance(scene, name, table))
@@ -236,6 +236,7 @@ def _of_one_side(
         case joint_tables.Sliding():
             return motion.Sliding(name, site, table.body, table.aligned, table.travel)
     directions = np.array(table.directions)
+    assert site.body is not None  # the ground needs no fixing
     return motion.Fixing(name, site.body, site.node, table.vector, directions)
 
 
