@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 ITERATIONS = 25
 SETTLED = 1e-11
 """Newton ends when no correction is larger, relative to the scale of what it corrects [-]."""
+SLOW = 0.1
+"""Ratio of two corrections above which the matrix is made anew [-]."""
 DIFFERENCE = 1e-6
 """Step of numerical derivatives, relative to the same scales [-]."""
 
@@ -91,14 +93,19 @@ class Monolithic:
             np.full(len(self.heat.free), max(1.0, float(np.abs(state.T).max(initial=0.0)))),
         ])  # fmt: skip
         scale[n : n + m] = max(1.0, float(np.abs(step.force0).max(initial=0.0)))
+        tangent, before = step.jacobian(z, scale), np.inf
         for _ in range(ITERATIONS):
-            correction = _solved(step.jacobian(z, scale), step.residual(z))
+            correction = _solved(tangent, step.residual(z))
             if correction is None:
                 return None, f"the matrix is singular, at t = {state.t:.9g} s"
             z = z - correction
             moved = np.abs(correction / scale)
-            if max(moved[:n].max(initial=0.0), moved[n + m :].max(initial=0.0)) <= SETTLED:
+            size = max(moved[:n].max(initial=0.0), moved[n + m :].max(initial=0.0))
+            if size <= SETTLED:
                 return step.end(z), ""
+            if size > SLOW * before:
+                tangent = step.jacobian(z, scale)
+            before = size
         return None, f"Newton did not converge, at t = {state.t:.9g} s"
 
     def run(self, state: Together, h: float, count: int) -> Together:
@@ -224,14 +231,17 @@ class _Step:
                 r0[:, at : at + 3] + r1[:, at : at + 3] for at in (march.FRICTION, march.SLIP)
             )
             work = -0.25 * self.h * (force * slip).sum(axis=1)
-            sections, points = pair.transfer.read(0.5 * (self.state.T + T)), 0.0
+            sections = pair.transfer.read(0.5 * (self.state.T + T))
+            points = np.zeros(len(sections))
             for term in system.contacts:
                 rows = system.contact_rows(term)
                 points = points + term.deposit(sections, work[rows], r1[rows])
             friction = pair.transfer.deposit(points)
         if pair.surroundings is not None:
-            ends = (_Posed(_Pose(x, w)) for x, w in ((self.state.q, self.state.v), (q, v)))
-            found = pair.surroundings.released(*ends, self.state.T, T)
+            lam = self.state.lam  # of no account to stress
+            first = _Posed(_Pose(self.state.q, self.state.v, lam))
+            last = _Posed(_Pose(q, v, lam))
+            found = pair.surroundings.released(first, last, self.state.T, T)
             elastic = elastic if found is None else found
         return friction, elastic
 
@@ -246,6 +256,7 @@ class _Step:
 class _Pose(NamedTuple):
     q: Array
     v: Array
+    lam: Array
 
 
 class _Posed(NamedTuple):

@@ -15,9 +15,10 @@ GROUPS = {
     ),
 }  # fmt: skip
 """Names under which several areas are solved."""
-AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic")
+AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic", "coupling")
 MODULES = {
     "heat": ("heat", "manufactured", "exchange", "environment", "shock", "thermoelastic_heat"),
+    "coupling": ("coupled",),
     "contact": ("restitution", "impacts", "play", "friction", "slider_crank"),
 }
 """Modules of the areas that are not one of the same name."""
