@@ -61,8 +61,6 @@ ROUNDING = 0.1
 LEAST = 1e-3
 """Least distance from which depth is counted on the way into contact, in radii: that of a pin that
 has no clearance [-]."""
-FACING = 0.5
-"""Cosine to a push up to which the bore takes part in an impact [-]."""
 
 
 class Facets(NamedTuple):
@@ -92,6 +90,8 @@ class Bore:
     clearance : float [m]  least radial gap in the reference
     length : float [m]  of the bore along the axis
     journal : row of the temperature of the pin
+    frame : (2, 3) float  axis of the pin and a direction across it, in the reference
+    body : (n_b,) int  first coordinates of the nodes of the bore's body
     """
 
     joint: BoreContact
@@ -105,6 +105,7 @@ class Bore:
     clearance: float
     length: float
     journal: int
+    body: Indices
     name: str = "bore"
     symmetric: bool = False
     force: int = kernels.add_force
@@ -173,21 +174,22 @@ class Bore:
         return force.reshape(self.facets.areas.shape) / self.facets.areas
 
     def masses(self, mass: csr_array) -> Array:
-        """(slots,) [kg]  of pin and bore as they meet; points have their part of it."""
+        """(slots,) [kg]  of pin and bore as they meet; points have their part of it.
+
+        The bore takes part as a whole: what its surface gives way makes impacts last longer.
+        """
         diagonal, areas = mass.diagonal(), self.facets.areas.ravel()
         heavy = diagonal[self.pin.vectors] > 0.0
         give = float(np.sum(self.pin.weights[0, heavy] ** 2 / diagonal[self.pin.vectors[heavy]]))
-        vectors, weights = self._facing()
-        whole = 1.0 / (give + float(np.sum(weights**2 / diagonal[vectors])))
+        whole = 1.0 / (give + float(np.mean(1.0 / diagonal[self.body]) / self.body.size))
         return whole * np.concatenate([[1.0], areas / areas.sum()])
 
     def pushes(self, n: int) -> list[Array | None]:
-        """A unit force on the pin across its axis, spread over the bore that faces it."""
+        """A unit force on the pin across its axis, and its reaction on all nodes of the bore."""
         push, across = np.zeros(n), self.frame[1]
-        vectors, weights = self._facing()
         at = self.pin.vectors[:, None] + np.arange(3)
         np.add.at(push, at, self.pin.weights[0][:, None] * across)
-        np.add.at(push, vectors[:, None] + np.arange(3), -weights[:, None] * across)
+        push[self.body[:, None] + np.arange(3)] -= across / self.body.size
         return [push[None], *[None] * (self.slots - 1)]
 
     def _temperatures(self, T: Array) -> Array:
@@ -204,18 +206,6 @@ class Bore:
         if c <= LEAST * R:
             return np.pi * k * R, 1.0
         return 4.0 / 3.0 * k * float(np.sqrt(2.0 * R * (R + c) / c)), 1.5
-
-    def _facing(self) -> tuple[Indices, Array]:
-        """First coordinates and weights, of sum 1, of the bore that faces a push across."""
-        f = self.facets
-        away = f.places - self.pin.position
-        away = away - (away @ self.frame[0])[..., None] * self.frame[0]
-        cosine = away @ self.frame[1] / np.linalg.norm(away, axis=-1)
-        part = f.areas * np.where(cosine > FACING, cosine, 0.0)
-        nodes, which = np.unique(f.nodes, return_inverse=True)
-        weights = np.zeros(len(nodes))
-        np.add.at(weights, which.reshape(f.nodes.shape), part @ np.abs(f.values))
-        return nodes, weights / weights.sum()
 
 
 def build(joints: Sequence[BoreContact], layout: Layout) -> list[Bore]:
@@ -252,6 +242,7 @@ def _term(joint: BoreContact, layout: Layout) -> Bore:
         floats=_floats(joint, pin, facets, frame, clearance),
         clearance=clearance,
         length=float(np.ptp(layout.q0[bored] @ axis)),
+        body=layout.node_dofs[joint.body],
         journal=int(layout.point_index[f"{joint.name}.journal"][0]),
     )
 
