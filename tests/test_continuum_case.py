@@ -347,6 +347,7 @@ at = "end"
 """
 
 
+@pytest.mark.slow
 def test_pin_falls_freely_until_it_meets_the_elastic_bore(tmp_path):
     _, folder = final_tip(LUG, tmp_path)
     with Results.open(folder) as results:
