@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.continuum import solids
+from coupling.continuum_lugs import FAMILY, lugs, ring_mesh, ring_name
 from coupling.scene import Scene
 from mechanics.system import Coefficients, System
 
@@ -22,6 +23,9 @@ class SolidRows:
     def __init__(self, scene: Scene, system: System) -> None:
         self._system, self._solids = system, solids(scene)
         self._fits = {name: solid.fit() for name, solid in self._solids.items()}
+        rings = {ring_name(joint): ring_mesh(scene, joint) for joint in lugs(scene)}
+        self._cells = {name: (s.cells, s.surface) for name, s in self._solids.items()}
+        self._cells |= {n: (m.cells[FAMILY], m.cells["quad8"]) for n, m in rings.items()}
 
     def attributes(self) -> dict[str, dict[str, Any]]:
         """What drawing needs to know of the beams."""
@@ -34,9 +38,9 @@ class SolidRows:
     def elements(self) -> dict[str, dict[str, Indices]]:
         """Cells and facets of the boundary, by group."""
         found = {}
-        for name, solid in self._solids.items():
-            found[f"cells/{name}"] = {"cells": solid.cells}
-            found[f"facets/{name}"] = {"facets": solid.surface}
+        for name, (cells, facets) in self._cells.items():
+            found[f"cells/{name}"] = {"cells": cells}
+            found[f"facets/{name}"] = {"facets": facets}
         return found
 
     def bodies(self, q: Array, T: Array) -> dict[str, dict[str, Array]]:
@@ -59,7 +63,7 @@ class SolidRows:
                 "temperature": T[index[name], 0],
                 "stress": stress[name],
             }
-            for name in self._solids
+            for name in self._cells
         }
 
     def _points(self, name: str, q: Array) -> Array:

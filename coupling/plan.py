@@ -131,7 +131,7 @@ def _in_3d(system, term) -> str:
     """Cells of a kind, and how many nodes the bodies of them have."""
     layout = system.layout
     nodes = sum(len(layout.node_dofs[name]) for name in dict.fromkeys(term.names))
-    places = sum("@" in name for name in layout.bodies)
+    places = sum(name.partition("@")[0] in term.names for name in layout.bodies if "@" in name)
     return f"{len(term.dofs)} × {term.name}, {nodes} nodes, {places} reference points"
 
 
@@ -150,8 +150,14 @@ CLEARANCES = {
 def _clearances(scene: Scene, system) -> list[tuple[str, str]]:
     """One phrase for each kind of joint with clearance."""
     runs = []
+    lugs = scene.mechanics.lug
+    if lugs:
+        points = sum(name.rpartition(".point_")[0] in lugs for name in system.contact_names)
+        text = f"{len(lugs)} × pin in an elastic bore of {points} points, onsets located"
+        runs.append(("mechanics.bore", text))
+    loose = {name: j for name, j in loose_joints(scene).items() if name not in lugs}
     for kind, belongs in CLEARANCES.items():
-        joints = {name: j for name, j in loose_joints(scene).items() if belongs(j)}
+        joints = {name: j for name, j in loose.items() if belongs(j)}
         if joints:
             count = sum(joint_of(name, joints) is not None for name in system.contact_names)
             module = "telescope" if kind == "telescope" else "clearance"
