@@ -72,8 +72,9 @@ class Crosscheck(Table):
     ancf: Changes = Field(default_factory=dict, description="entries changed in the model of beams")
     calculix: Changes = Field(default_factory=dict, description="likewise, of the CalculiX deck")
     exudyn: Changes = Field(default_factory=dict, description="likewise, of the Exudyn model")
-    outside: Deviation = Field(
-        default=0.05, description="largest deviation of CalculiX and Exudyn, where they are"
+    outside: Deviation | None = Field(
+        default=None,
+        description="largest deviation of CalculiX and Exudyn; absent: they are shown, not judged",
     )
     exact: dict[str, Exact] = Field(default_factory=dict, description="values known otherwise")
 

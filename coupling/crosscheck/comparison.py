@@ -216,7 +216,8 @@ def _limits(
     """What each participant may deviate; rigid modes have besides an elastic one."""
     own = "frequencies" if stage == "rigid_modes" and not vanishing else stage
     limit = getattr(table.tolerance, own)
-    return {p: table.outside if p in OUTSIDE and not vanishing else limit for p in there}
+    limits = {p: table.outside if p in OUTSIDE and not vanishing else limit for p in there}
+    return {p: most for p, most in limits.items() if most is not None}
 
 
 def _alike(meshes: list[Measured], stage: str, name: str) -> list[Quantity]:

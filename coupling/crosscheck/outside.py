@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 PROGRAMS = {"calculix": "coupling.deck_run:opinion", "exudyn": "coupling.exudyn_case:opinion"}
 """Functions that ask them, by participant."""
+NO_STAGE = "has no stage"
 Ask = Callable[[Scene, str], Opinion]
 
 
@@ -33,21 +34,15 @@ def measured_by(name: str, scene: Scene) -> Measured | str:
         try:
             opinion = ask(scene, stage)
         except BadCase as error:
-            found.why[stage] = "; ".join(p.text for p in error.problems)
+            told = [p.text for p in error.problems if NO_STAGE not in p.text]
+            found.why[stage] = "; ".join(told) or "it is not asked for that"
             continue
         found.quantities[stage] = list(YIELDS[stage](scene, opinion))
         found.seconds[stage] = opinion.seconds
         found = found._replace(dof=max(found.dof, opinion.dof))
         if "pointing" in asked(scene).stages and stage == turning:
             found.quantities["pointing"] = list(_turned(scene, opinion))
-    reasons = set(found.why.values())
-    if not found.quantities:
-        return "; ".join(sorted(reasons)) if len(reasons) == 1 else _listed(found.why)
-    return found
-
-
-def _listed(why: dict[str, str]) -> str:
-    return "; ".join(f"{stage}: {text}" for stage, text in why.items())
+    return found if found.quantities else "; ".join(dict.fromkeys(found.why.values()))
 
 
 # ------------------------------------------------------------------------------ quantities

@@ -202,6 +202,7 @@ def _draw_section(ax: Any, result: Comparison) -> None:
         rim = flat + factor * (rims[who] - flat)
         colour = SOLID if who == CONTINUUM else COLOURS[ANCF]
         ax.plot(*(1e3 * rim.T), mark, color=colour, ms=5 if mark == "o" else 3, mfc="none")
+    ax.margins(0.1)
     ax.set_aspect("equal")
     ax.set_title(f"section at {name}, strains x {factor:g}")
     ax.set_xlabel("along e2 [mm]")
@@ -223,7 +224,9 @@ def _draw_deviations(ax: Any, rows: list[Row]) -> None:
                 colour = "#D00000" if name in row.beyond else COLOURS[name]
                 ax.plot(max(abs(apart), NOT_ZERO), y, MARKS[name], color=colour, ms=6, zorder=2)
     ax.set_xscale("log")
-    ax.set_xlim(NOT_ZERO / 1.5, None)
+    most = max((abs(x) for row in rows for x in row.deviations.values()), default=0.0)
+    limits = [limit for row in rows for limit in row.tolerances.values()]
+    ax.set_xlim(NOT_ZERO / 1.5, 2.0 * max(most, *limits, 1e-3))
     labels = [f"{row.stage}: {row.quantity}" for row in reversed(rows)]
     ax.set_yticks(range(1, len(rows) + 1), labels, fontsize=8)
     ax.set_xlabel("deviation [-] (what is less than 1e-6 is drawn there)")
