@@ -31,6 +31,9 @@ OWN = {
         "shock": "coupling.reports.heat_shock:report",
         "speed": "coupling.reports.heat_speed:report",
     },
+    "program": {
+        "leaving_out": "coupling.reports.leaving_out:report",
+    },
 }
 """Models that the program itself has for measuring, and the reports of each."""
 
