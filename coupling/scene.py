@@ -72,7 +72,8 @@ class Coupling(Table):
     scheme: Literal["serial", "parallel", "corrected", "iterated"] = Field(
         default="corrected",
         description="serial: heat, then motion, first order in the window; parallel: each from "
-        "what the last window left, first order; corrected: heat, motion, heat, second order; "
+        "what the last window left, first order; corrected: heat, motion, heat, second order in "
+        "friction; "
         "iterated: until both agree, second order",
     )
     acceleration: Literal["none", "relaxation", "aitken", "quasi-newton"] | None = Field(

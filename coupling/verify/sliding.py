@@ -30,6 +30,7 @@ from mechanics.solver import Mechanics
 from meshes.materials import Material, constant_material
 from meshes.sections import circle
 from thermal import solvers
+from thermal.description import DEFAULT, Settings
 
 Array = NDArray[np.float64]
 
@@ -53,9 +54,10 @@ class Sliding:
     film: float = 0.0
     outwards: float = 0.0
 
-    def build(self) -> Pair:
-        """The two solvers and their transfer."""
-        motion, lumps = Mechanics(self._motion(), _CONTROL), solvers.build("lumped", self._heat())
+    def build(self, control: Control | None = None, settings: Settings = DEFAULT) -> Pair:
+        """The two solvers and their transfer; steps of motion and of heat may be given."""
+        motion = Mechanics(self._motion(), control or _CONTROL)
+        lumps = solvers.build("lumped", self._heat(), settings)
         rest = np.full(len(motion.x), ROOM)
         read = transfer(lumps.x, lumps.regions, motion.x, motion.axes, motion.regions, rest)
         return Pair(lumps, motion, read)
