@@ -12,7 +12,8 @@ from mechanics.system import Coefficients, System
 Array = NDArray[np.float64]
 
 START = 1e-9
-"""Violation of a constraint at t = 0 above which a drive jumps [m] or [-]."""
+"""Violation of a constraint at t = 0 above which a drive jumps, relative to what a displacement by
+the size of the bodies would make it [-]."""
 
 
 class Mechanics:
@@ -109,7 +110,9 @@ def _jumps(system: System) -> list[str]:
     y = system.unknowns(system.layout.q0)
     coef = system.coefficients(np.tile([293.15, 0.0, 0.0], (len(system.layout.x), 1)))
     values = np.abs(system.constraints(y, 0.0, coef))
-    names = {system.row_names[row]: values[row] for row in np.flatnonzero(~(values <= START))}
+    sizes = abs(system.jacobian(y, 0.0, coef)) @ system.layout.scale
+    jumps = np.flatnonzero(~(values <= START * sizes))
+    names = {system.row_names[row]: values[row] for row in jumps}
     text = "what drives it must be zero at t = 0: it counts from the reference"
     return [
         f"joint {name!r}: {text if np.isfinite(value) else 'what drives it is no number at t = 0'}"

@@ -1,7 +1,6 @@
 """A case in another system of units: every number of it is scaled by what its unit asks for.
 
-So are the two constants of the program that have a unit: that of Stefan and Boltzmann, and the
-speed of impacts for which the masses that meet are estimated.
+So is the one constant of the program that has a unit, that of Stefan and Boltzmann.
 """
 
 from contextlib import ExitStack, contextmanager
@@ -11,7 +10,6 @@ from importlib import import_module
 from unittest.mock import patch
 
 from coupling import materials_used, quantities
-from mechanics import meeting
 from meshes.materials import Property
 
 CONSTANT = "STEFAN_BOLTZMANN"
@@ -58,7 +56,6 @@ class Units:
 
             put(quantities, "read", lambda value, kind: read(value, kind) * self.of(kind.unit))
             put(materials_used, "library_material", lambda name: self.material(library(name)))
-            put(meeting, "SPEED", meeting.SPEED * self.length)
             for name in RADIATING:
                 module = import_module(f"thermal.{name}")
                 constant = getattr(module, CONSTANT) * self.of("W/(m^2 K^4)")
