@@ -15,6 +15,7 @@ lower columns, first unknown, and runs of columns of its front.
 
 from functools import cache
 
+import numpy as np
 from numba import njit
 
 from mechanics.kernels import FACTOR, SOLVE, kernel
@@ -259,21 +260,19 @@ def _back(front, n, w, inverse, own, values, spare):
 
 
 @njit(cache=True, error_model="numpy")
-def _backward(ints, work, x, f, values):
-    """Second half of a solution: blocks in reverse order."""
-    size, peak, at = ints[SIZE], ints[PEAK], ints[LAST]
-    while at > 0:
-        n, r, start, first = ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 5]
-        k = n
-        for s in range(ints[at + 6]):
-            length, begin = ints[at + 7 + 2 * s], ints[at + 8 + 2 * s]
-            part = x[begin : begin + length]
-            for i in range(length):
-                values[k + i] = part[i]
-            k += length
-        inverse = work[peak + size + first :]
-        _back(work[start : start + n * (n + r)], n, n + r, inverse, x[first : first + n], values, f)
-        at = ints[at]
+def _backward(ints, at, work, x, f, values):
+    """Second half of a solution, one block."""
+    size, peak = ints[SIZE], ints[PEAK]
+    n, r, start, first = ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 5]
+    k = n
+    for s in range(ints[at + 6]):
+        length, begin = ints[at + 7 + 2 * s], ints[at + 8 + 2 * s]
+        part = x[begin : begin + length]
+        for i in range(length):
+            values[k + i] = part[i]
+        k += length
+    inverse = work[peak + size + first :]
+    _back(work[start : start + n * (n + r)], n, n + r, inverse, x[first : first + n], values, f)
 
 
 @njit(cache=True, error_model="numpy")
@@ -325,6 +324,21 @@ def _scaled(front, n, w, inverse, own, f, values):
     _subtract(values[: w - n], f, front[n:], w, n)
 
 
+@njit(cache=True, error_model="numpy")
+def _forward(ints, at, work, x, f, values):
+    """First half of a solution, one block."""
+    size, peak = ints[SIZE], ints[PEAK]
+    n, r, start, below, first = (
+        ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 4], ints[at + 5],
+    )  # fmt: skip
+    w, own, front = n + r, x[first:], work[start : start + n * (n + r)]
+    if below < 0:
+        _scaled(front, n, w, work[peak + size + first :], own, f, values)
+    else:
+        _swapped(front, work[below:], n, w, work[peak + 2 * size + first :], own, values)
+    _drop(ints, at, values, x)
+
+
 def solve(ints, work, b):
     """Solution with the factors of ``factor_symmetric`` or ``factor_general``."""
     size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
@@ -333,20 +347,37 @@ def solve(ints, work, b):
     for i in range(size):
         x[i] = b[ints[HEAD + i]]
     while at < len(ints):
-        n, r, start, below, first = (
-            ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 4], ints[at + 5],
-        )  # fmt: skip
-        w, own = n + r, x[first:]
-        front = work[start : start + n * w]
-        if below < 0:
-            _scaled(front, n, w, work[peak + size + first :], own, f, values)
-        else:
-            _swapped(front, work[below:], n, w, work[peak + 2 * size + first :], own, values)
-        _drop(ints, at, values, x)
+        _forward(ints, at, work, x, f, values)
         at = _after(ints, at)
-    _backward(ints, work, x, f, values)
+    at = ints[LAST]
+    while at > 0:
+        _backward(ints, at, work, x, f, values)
+        at = ints[at]
     for i in range(size):
         b[ints[HEAD + i]] = x[i]
+
+
+@njit(cache=True, error_model="numpy")
+def solve_many(ints, work, b):
+    """Solutions of several right-hand sides (k, n) at once: each front is fetched once for all."""
+    size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
+    x, spare = np.empty(b.shape), peak + 4 * size
+    f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
+    for j in range(len(b)):
+        for i in range(size):
+            x[j, i] = b[j, ints[HEAD + i]]
+    while at < len(ints):
+        for j in range(len(b)):
+            _forward(ints, at, work, x[j], f, values)
+        at = _after(ints, at)
+    at = ints[LAST]
+    while at > 0:
+        for j in range(len(b)):
+            _backward(ints, at, work, x[j], f, values)
+        at = ints[at]
+    for j in range(len(b)):
+        for i in range(size):
+            b[j, ints[HEAD + i]] = x[j, i]
 
 
 @cache

@@ -4,9 +4,10 @@ The unknowns of a node are one block. Blocks are eliminated in order of least de
 Walker 1967), but a block without a diagonal of its own, such as the multipliers of a joint, only
 after those neighbours that give it one: a constraint after the bodies that it holds, where its
 pivot is -B S^-1 B^T with S positive definite; a massless coordinate after the constraints that
-tie it (Vanderbei 1995, quasi-definite matrices). Of solids, nodes come in clusters, and a face that
-a reference point ties is one cluster with what ties it, in which pivots are sought. A postorder of
-the elimination tree keeps what is needed together in memory (Liu 1990).
+tie it (Vanderbei 1995, quasi-definite matrices). Of solids, nodes come in clusters, which are
+eliminated in stages (nested dissection), and a face that a reference point ties is one cluster with
+what ties it, in which pivots are sought. A postorder of the elimination tree keeps what is needed
+together in memory (Liu 1990).
 
 What is made here once, for ``mechanics.block_kernels``, is one array of integers: the order, where
 each entry of the matrix goes, and a record for each block.
@@ -62,12 +63,14 @@ def ranks(pattern: Pattern, massive: NDArray[np.bool_]) -> Indices:
     return rank
 
 
-def arrange(pattern: Pattern, node_of: Indices, rank: Indices) -> Blocks:
+def arrange(
+    pattern: Pattern, node_of: Indices, rank: Indices, stage: Indices | None = None
+) -> Blocks:
     """Blocks of the unknowns of one node and one rank, and their order of elimination.
 
     Constraints of one node alone, such as those of a rigid body, join its block: with them its
     mass may be singular, as that of a flat plate or a rod is in directors. Clusters keep all that
-    has their number.
+    has their number. Blocks of a later ``stage`` of the unknowns (None: all are of one) come later.
     """
     large = np.bincount(node_of, weights=rank == 0) > CLUSTER
     block, rank_of = _numbered(node_of, np.where(large[node_of], 0, rank))
@@ -85,7 +88,10 @@ def arrange(pattern: Pattern, node_of: Indices, rank: Indices) -> Blocks:
     members = np.split(order, np.cumsum(sizes)[:-1])
     mixed = np.bincount(block, weights=rank > 0) * np.bincount(block, weights=rank == 0) > 0
     first = _joined(neighbours, rank_of, clustered)
-    elimination, later = _least_degree(neighbours, sizes, rank_of, first)
+    when = np.zeros(len(sizes), np.int64)
+    np.maximum.at(when, block, 0 if stage is None else 1 + stage)
+    when[first] = 0
+    elimination, later = _least_degree(neighbours, sizes, rank_of, when)
     return _postordered(members, mixed, elimination, later)
 
 
@@ -124,10 +130,10 @@ def _joined(
 
 
 def _least_degree(
-    neighbours: list[set[int]], sizes: Indices, rank: Indices, first: NDArray[np.bool_]
+    neighbours: list[set[int]], sizes: Indices, rank: Indices, when: Indices
 ) -> tuple[list[int], dict[int, set[int]]]:
     """Order of elimination, and the later neighbours of each block."""
-    late = (~first).tolist()
+    late = when.tolist()
     size = sizes.tolist()
     waits = [{j for j in near if rank[j] < rank[i]} for i, near in enumerate(neighbours)]
     release: list[list[int]] = [[] for _ in size]

@@ -34,6 +34,7 @@ from mechanics.description import (
     Sliding,
     Telescope,
     TorsionSpring,
+    Traction,
 )
 from mechanics.elements import FAMILIES
 from mechanics.layout import node_count
@@ -314,6 +315,31 @@ def _load(load: Load, bodies: dict[str, Body]) -> Iterator[str]:
         yield "its direction has no length"
     if isinstance(getattr(load, "site", None), Site) and load.site.body is None:  # type: ignore
         yield "it must act on a body, not on the ground"
+    if isinstance(load, Traction):
+        yield from _traction(load, bodies)
+
+
+def _traction(load: Traction, bodies: dict[str, Body]) -> Iterator[str]:
+    body = bodies.get(load.body)
+    if body is None:
+        yield f"there is no body {load.body!r}"
+    elif isinstance(body, Continuum):
+        if load.edge is not None:
+            yield f"{load.body!r} is a solid: it takes a load per area of its faces, not of an edge"
+        yield from _faces(load, body)
+    elif not isinstance(body, Shell):
+        yield f"{load.body!r} is neither shell nor solid"
+    elif load.faces is not None:
+        yield f"{load.body!r} is a shell: only solids have faces"
+
+
+def _faces(load: Traction, body: Continuum) -> Iterator[str]:
+    faces, nodes = np.asarray(() if load.faces is None else load.faces), len(body.points)
+    wanted = 9 if np.shape(body.cells)[1:] == (27,) else 8
+    if faces.ndim != 2 or not faces.size or faces.shape[1] != wanted:
+        yield f"it needs the faces of {load.body!r} that it acts on, with {wanted} nodes each"
+    elif faces.min() < 0 or faces.max() >= nodes:
+        yield f"{load.body!r} has {nodes} nodes, its faces others"
 
 
 def _finite(value: Any) -> bool:

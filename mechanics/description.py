@@ -669,10 +669,11 @@ class Torque:
 
 @dataclass(frozen=True)
 class Traction:
-    """Dead load on a shell, per reference area, or per reference length of an edge.
+    """Dead load on a shell or a face of a solid, per reference area, or per length of an edge.
 
     direction : (3,) float;  amplitude : over time [N/m^2], or [N/m] on an edge
-    edge : nodes one after the other along grid lines; None: all of the surface
+    edge : nodes of a shell one after the other along grid lines; None: all of the surface
+    faces : (n_f, 8 or 9) int  nodes of faces of a solid, numbered as in ``meshes.families``
     """
 
     name: str
@@ -680,6 +681,7 @@ class Traction:
     direction: Array
     amplitude: History
     edge: Sequence[int] | None = None
+    faces: NDArray[np.intp] | None = None
 
 
 Body = Beam | Particle | RigidBody | Shell | Continuum | ReferencePoint

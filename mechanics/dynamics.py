@@ -317,7 +317,7 @@ def _outside(system: System, window: Window, w: march.Memory, count: int) -> str
     if not bounded.any():
         return ""
     most = np.where(bounded, LAST_FORCE * coef[at + P], np.inf)
-    rows = march.field(w, march.ROW_RESPONSE, ROWS, len(at), march.COLUMNS)[:count]
+    rows = march.field(w, march.ROW_RESPONSE, ROWS, len(at), march.COLUMNS, count=count)
     step, contact = np.nonzero(rows[:, :, march.ELASTIC] > most)
     if not step.size:
         return ""
@@ -435,4 +435,4 @@ def _rows(system: System, w: march.Memory, count: int) -> Rows:
         (march.ROW_LOST, (ROWS, joints, 2)),
         (march.ROW_Y, (-1, size)), (march.ROW_V, (-1, size)), (march.ROW_LEDGER, (-1, march.TERMS)),
     )  # fmt: skip
-    return Rows._make(march.field(w, name, *shape)[:count] for name, shape in shapes)
+    return Rows._make(march.field(w, name, *shape, count=count) for name, shape in shapes)

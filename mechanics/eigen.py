@@ -8,12 +8,16 @@ that is used, in a basis of the null space of B, where most eigenvalues are want
 """
 
 from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, eigh, eigvalsh, ldl, null_space
+from scipy.linalg import LinAlgError, eigh, null_space
 from scipy.sparse import block_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
+
+from mechanics.signs import negatives_dense
 
 Array = NDArray[np.float64]
 
@@ -36,6 +40,17 @@ STIFF = 1e3
 """Stiffness put in place of constraints to count signs, of that of the coordinates held [-]."""
 
 
+class Shifted(NamedTuple):
+    """The matrix K - s M on the motions that constraints allow.
+
+    below : number of eigenvalues below the shift s
+    inverse : makes b (n, k) -> x (n, k) with (K - s M) x + B^T l = b, B x = 0
+    """
+
+    below: int
+    inverse: Callable[[], Callable[[Array], Array]]
+
+
 def basis(B: csc_array) -> Array:
     """(n, k) orthonormal basis of the motions that the constraints ``B`` (m, n) allow."""
     m, n = B.shape
@@ -43,7 +58,12 @@ def basis(B: csc_array) -> Array:
 
 
 def lowest(
-    K: csc_array, M: csc_array, B: csc_array, count: int, size: Array
+    K: csc_array,
+    M: csc_array,
+    B: csc_array,
+    count: int,
+    size: Array,
+    factorised: Callable[[float], Shifted | None] = lambda shift: None,
 ) -> tuple[Array, Array]:
     """The ``count`` algebraically lowest eigenvalues (k,) and shapes (n, k), x^T M x = 1.
 
@@ -53,6 +73,8 @@ def lowest(
     Parameters
     ----------
     size : (n,)  what of each coordinate is a large change; only its order of magnitude matters
+    factorised : from a shift to what is known of K - s M by a factorisation of its own; None: where
+        it does not help
     """
     K = csc_array(0.5 * (K + K.T))
     free = K.shape[0] - B.shape[0]
@@ -64,12 +86,12 @@ def lowest(
     shift = -1e-5 * unit
     nearer = True
     for _ in range(PASSES):
-        shifted = csc_array(K - shift * M)
-        if negatives(shifted, B):  # there are eigenvalues below the shift
+        shifted = factorised(shift) or _shifted(csc_array(K - shift * M), B)
+        if shifted.below:
             shift, nearer = 10.0 * shift, False
             continue
         try:
-            values, X, moved = _iterated(M, saddle_solve(shifted, B), X, shift, count, not nearer)
+            values, X, moved = _iterated(M, shifted.inverse(), X, shift, count, not nearer)
         except LinAlgError:  # the shift drowns in round-off
             shift, nearer = 100.0 * shift, False
             continue
@@ -82,6 +104,10 @@ def lowest(
             return values, X
         shift = -close
     raise ArithmeticError(LOST)
+
+
+def _shifted(matrix: csc_array, B: csc_array) -> Shifted:
+    return Shifted(negatives(matrix, B), partial(saddle_solve, matrix, B))
 
 
 def _iterated(
@@ -159,7 +185,12 @@ def saddle_solve(K: csc_array, B: csc_array) -> Callable[[Array], Array]:
     """b (n,) or (n, k) -> x of the same shape with K x + B^T l = b, B x = 0."""
     n, m = K.shape[0], B.shape[0]
     matrix = block_array([[K, B.T], [B, None]], format="csc") if m else csc_array(K)
-    solve = splu(matrix).solve
+    return refined(matrix, splu(matrix).solve, n)
+
+
+def refined(matrix: csc_array, solve: Callable[[Array], Array], n: int) -> Callable[[Array], Array]:
+    """The first ``n`` unknowns of solutions (n + m,) or (n + m, k), corrected once."""
+    m = matrix.shape[0] - n
 
     def inverse(b: Array) -> Array:
         whole = np.concatenate([b, np.zeros((m, *b.shape[1:]))])
@@ -180,14 +211,14 @@ def negatives(K: csc_array, B: csc_array) -> int:
     m, K = B.shape[0], csc_array(0.5 * (K + K.T))
     if not m:
         count = _pivots(K)
-        return _by_blocks(K) if count is None else count
+        return negatives_dense(K.toarray()) if count is None else count
     soft = _softness(K, B)
     matrix = csc_array(block_array([[K, B.T], [B, diags_array(-soft)]], format="csc"))
     count = _pivots(matrix)
     if count is not None:
         return count - m
     count = _pivots(csc_array(K + B.T @ diags_array(1.0 / soft) @ B))
-    return _by_blocks(matrix) - m if count is None else count
+    return negatives_dense(matrix.toarray()) - m if count is None else count
 
 
 def _pivots(matrix: csc_array) -> int | None:
@@ -209,9 +240,3 @@ def _softness(K: csc_array, B: csc_array) -> Array:
     largest = csc_array(abs(B)).max(axis=1).toarray().ravel()
     stiff = csc_array(weighted).max(axis=1).toarray().ravel() / np.maximum(largest, 1e-300)
     return largest**2 / (STIFF * np.where(stiff > 0.0, stiff, np.max(diagonal)))
-
-
-def _by_blocks(matrix: csc_array) -> int:
-    """Negative eigenvalues from the 1x1 and 2x2 blocks of a dense factorisation."""
-    blocks = ldl(matrix.toarray())[1]
-    return int(np.count_nonzero(eigvalsh(blocks) < 0.0))

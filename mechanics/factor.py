@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from mechanics import block_kernels, blocks, libraries
+from mechanics import block_kernels, blocks, libraries, signs
 from mechanics.assembly import Pattern
 from mechanics.kernels import FACTOR, SOLVE, callback, factor_at, kernel, outside_at, solve_at
 
@@ -46,10 +46,8 @@ class Solver(NamedTuple):
     def factorise(self, data: Array) -> Solve | None:
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
         data = np.array(data, float)
-        if not np.isfinite(data).all():
-            return None
-        work = np.zeros(self.work_size)
-        if _factor(self.factor, self.ints, data, work) != 0:
+        work = self._factors(data)
+        if work is None:
             return None
         if self.library is not None and work[0] != 0.0:
             return _by_library(self.library(), data)
@@ -60,6 +58,30 @@ class Solver(NamedTuple):
             return x
 
         return solve
+
+    def counted(self, data: Array) -> tuple[Solve, int] | None:
+        """Solver for right-hand sides (n, k), and number of negative eigenvalues of a symmetric
+        matrix; None where its own factors do not tell, as where pivots were sought in all of it.
+        """
+        if self.name != "blocks" or not self.ints[SYMMETRIC]:
+            return None
+        work = self._factors(np.array(data, float))
+        if work is None or work[0] != 0.0:
+            return None
+        own, factors = self.ints[_inner(self.ints) :], work[1 + self.ints[UNKNOWNS] :]
+
+        def solve(b: Array) -> Array:
+            x = np.array(b.T, float, order="C")
+            block_kernels.solve_many(own, factors, x)
+            return x.T
+
+        return solve, signs.negatives(own, factors)
+
+    def _factors(self, data: Array) -> Array | None:
+        work = np.zeros(self.work_size)
+        if not np.isfinite(data).all() or _factor(self.factor, self.ints, data, work) != 0:
+            return None
+        return work
 
 
 def _by_library(library: libraries.Library, data: Array) -> Solve | None:
@@ -80,6 +102,7 @@ def choose(
     symmetric: bool | None,
     prefer: str | None = None,
     rank: Indices | None = None,
+    stage: Indices | None = None,
 ) -> Solver:
     """The solver for a pattern.
 
@@ -92,6 +115,7 @@ def choose(
     rank : (n + m,) int  0 for coordinates with a mass, more for others; by default guessed:
         multipliers come last and do not know one another, and a coordinate that is alone in its
         block has no mass
+    stage : (n + m,) int  later stages are eliminated later where they can be; None: all the same
     """
     if prefer in (None, "auto"):
         prefer = "dense" if pattern.size <= DENSE else "blocks"
@@ -99,7 +123,8 @@ def choose(
         return _dense(pattern)
     if prefer == "blocks":
         massive = _guessed(pattern, node_of) if rank is None else np.asarray(rank) == 0
-        return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, massive)
+        stages = np.zeros(pattern.size, np.int64) if stage is None else stage
+        return _blocks(pattern, np.asarray(node_of, np.int64), symmetric, massive, stages)
     return _outside(partial(libraries.find, str(prefer), pattern, bool(symmetric)), pattern)
 
 
@@ -181,11 +206,15 @@ EXACT = 1e-7
 
 
 def _blocks(
-    pattern: Pattern, node_of: Indices, given: bool | None, massive: NDArray[np.bool_]
+    pattern: Pattern,
+    node_of: Indices,
+    given: bool | None,
+    massive: NDArray[np.bool_],
+    stage: Indices,
 ) -> Solver:
     symmetric = given is not False
     pairs = np.zeros(0, np.int64) if given is not None else _pairs(pattern)
-    parts = blocks.arrange(pattern, node_of, blocks.ranks(pattern, massive))
+    parts = blocks.arrange(pattern, node_of, blocks.ranks(pattern, massive), stage)
     inner, size = blocks.lay_out(pattern, parts, symmetric)
     make = partial(libraries.find, "superlu", pattern, symmetric)
     addresses = *block_kernels.kernels(symmetric), *_addresses(make(), pattern)
@@ -262,12 +291,17 @@ def factor_guarded(ints, data, work):
     return outside_at(ints[2])(np.int64(data.ctypes.data))
 
 
+@njit(cache=True)
+def _inner(ints):
+    """Start of the integers of its own factorisation in those of a guarded solver."""
+    return STARTS + ints[UNKNOWNS] + 1 + ints[ENTRIES] + ints[PAIRS]
+
+
 def solve_guarded(ints, work, b):
     """Solution with the factors of ``factor_guarded``."""
     n = ints[UNKNOWNS]
     if work[0] == 0.0:
-        own = STARTS + n + 1 + ints[ENTRIES] + ints[PAIRS]
-        solve_at(ints[1])(ints[own:], work[1 + n :], b)
+        solve_at(ints[1])(ints[_inner(ints) :], work[1 + n :], b)
     else:
         outside_at(ints[3])(np.int64(b.ctypes.data))
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from mechanics.eigen import lowest, negatives, noise
+from mechanics.description import Continuum
+from mechanics.eigen import Shifted, lowest, negatives, noise, refined
 from mechanics.system import Coefficients, Factors, System
 
 Array = NDArray[np.float64]
@@ -37,16 +38,21 @@ def modes(
     multipliers ``lam``, hence the effect of thermal loads. Loads and drives are those at ``t``
     (in statics: the load factor).
     """
-    K, B = stiffness(system, np.concatenate([q, lam]), t, coef)
+    y = np.concatenate([q, lam])
+    K, B = stiffness(system, y, t, coef)
     M = csc_array(system.mass)
-    squares, shapes = lowest(K, M, B, count, system.scale)
+
+    def factorised(shift: float) -> Shifted | None:
+        return shifted(system, y, t, coef, shift)
+
+    squares, shapes = lowest(K, M, B, count, system.scale, factorised)
     # rigid motions may be negative by round-off
     small = np.maximum(noise(K, shapes), SMALL * np.max(squares))
     squares = np.where((squares < 0.0) & (squares > -small), 0.0, squares)
     frequencies = np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi)
     unstable = int(np.count_nonzero(squares < 0.0))
     if unstable == len(squares):
-        unstable = negatives(K, B)
+        unstable = growing(system, y, t, coef)
     return Modes(frequencies, shapes, unstable)
 
 
@@ -58,3 +64,25 @@ def stiffness(
     data = system.matrix(y, np.zeros_like(y), t, coef, factors)
     matrix = system.pattern.matrix(data)
     return csc_array(matrix[:n, :n]), csc_array(matrix[n:, :n])
+
+
+def growing(system: System, y: Array, t: float, coef: Coefficients) -> int:
+    """Number of motions about ``y`` (n + m,) with a negative stiffness."""
+    known = shifted(system, y, t, coef, 0.0)
+    return negatives(*stiffness(system, y, t, coef)) if known is None else known.below
+
+
+def shifted(system: System, y: Array, t: float, coef: Coefficients, shift: float) -> Shifted | None:
+    """K - ``shift`` M by the factorisation of the system; None where it does not tell signs.
+
+    It pays where solids make the matrix large.
+    """
+    if not any(isinstance(body, Continuum) for body in system.layout.bodies.values()):
+        return None
+    data = system.matrix(y, np.zeros_like(y), t, coef, Factors(-shift, 1.0, 0.0))
+    found = system.solver.counted(data)
+    if found is None:
+        return None
+    (solve, count), n = found, system.n
+    matrix = csc_array(system.pattern.matrix(data))
+    return Shifted(count - system.m, lambda: refined(matrix, solve, n))

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanics.descent import downhill
-from mechanics.eigen import negatives
 from mechanics.mechanism import free_motions
-from mechanics.modes import stiffness
+from mechanics.modes import growing
 from mechanics.prediction import predicted
 from mechanics.system import Coefficients, Factors, System
 
@@ -161,7 +160,7 @@ def between(c0: Coefficients, c1: Coefficients, fraction: float) -> Coefficients
 
 def _unstable(system: System, y: Array, t: float, coef: Coefficients) -> bool:
     """Whether the equilibrium is one that a real body would leave."""
-    return negatives(*stiffness(system, y, t, coef)) > 0
+    return growing(system, y, t, coef) > 0
 
 
 def load_change(

@@ -97,8 +97,9 @@ class System:
         self.row_names, self.driven = _rows(self.n, self.m, holding)
         self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
         self.pattern, self._mass_slots, self._slots = _pattern(self)
+        blocks, stages = _blocks(self)
         self.solver = factor.choose(
-            self.pattern, _blocks(self), _symmetry(self), solver, _ranks(self)
+            self.pattern, blocks, _symmetry(self), solver, _ranks(self), stages
         )
         self._evaluated: list[tuple[Array, Coefficients]] = []
         room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
@@ -427,17 +428,24 @@ def _symmetry(system: System) -> bool | None:
     return None if system.pattern.size > LARGE else False
 
 
-def _blocks(system: System) -> Indices:
-    """Block of each unknown: its node, its cluster of nodes in a solid, or its joint."""
+def _blocks(system: System) -> tuple[Indices, Indices]:
+    """Block of each unknown, its node, its cluster of nodes in a solid, or its joint; and the
+    stage in which it is eliminated, that of solids by stages of their own before all others.
+    """
     layout = system.layout
     block, start = np.zeros(system.n + system.m, dtype=np.intp), 0
+    stage = np.zeros(system.n + system.m, dtype=np.intp)
+    solid = np.zeros(system.n + system.m, dtype=bool)
     for name, first in layout.node_dofs.items():
         kind, body = layout.kinds[name], layout.bodies[name]
-        cluster = np.arange(len(first))
+        cluster, own = np.arange(len(first)), slice(first[0], first[-1] + kind)
         if isinstance(body, Continuum):
-            cluster = import_module("mechanics.continuum_blocks").clusters(body.points)
-        block[first[0] : first[-1] + kind] = start + np.repeat(cluster, kind)
+            dissected = import_module("mechanics.continuum_blocks").dissected
+            cluster, stages = dissected(np.asarray(body.points, float), np.asarray(body.cells))
+            stage[own], solid[own] = np.repeat(stages, kind), True
+        block[own] = start + np.repeat(cluster, kind)
         start += int(cluster.max()) + 1
+    stage[~solid] = stage.max() + int(solid.any())
     for dof in layout.joint_dofs.values():
         block[dof] = start
         start += 1
@@ -445,7 +453,7 @@ def _blocks(system: System) -> Indices:
     block[system.n :] = [number[name] for name in system.row_names]
     if any(isinstance(body, ReferencePoint) for body in layout.bodies.values()):
         import_module("mechanics.continuum_blocks").gather(block, layout, number)
-    return block
+    return block, stage
 
 
 def _ranks(system: System) -> Indices:

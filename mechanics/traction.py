@@ -1,4 +1,4 @@
-"""Dead loads on surfaces and edges of shells, as consistent forces on all vectors of a node.
+"""Dead loads on surfaces and edges of shells and faces of solids, as consistent forces on all vectors of a node.
 
 The virtual work of a load t per reference area, integral t.dr dA, puts the integrals of its shape
 functions on each vector: on positions, and where these are bicubic or cubic, on slopes as well.
@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanics.description import Shell, Traction
+from mechanics.continuum_shapes import FULL, STIFFNESS, face_shape
+from mechanics.description import Continuum, Shell, Traction
 from mechanics.layout import Layout, family_of
 from mechanics.loads import Dead
 from meshes.surfaces import Surface
@@ -52,18 +53,30 @@ def _wide(rows: NDArray, width: int, filling: int) -> NDArray:
 def _part(load: Traction, layout: Layout) -> tuple[Indices, Array]:
     """First coordinates (n, k) and forces (n, 3 k) at amplitude one, of the loaded nodes."""
     body = layout.bodies.get(load.body)
-    if not isinstance(body, Shell):
-        raise ValueError(f"load {load.name!r}: {load.body!r} is no shell")
-    names = family_of(body).vectors
-    shapes, vectors = _family(load, names)
-    if load.edge is None:
-        weights = _over_area(body.surface, shapes, vectors)
+    if isinstance(body, Continuum) and load.faces is not None:
+        weights, vectors = _over_faces(body, np.asarray(load.faces, np.intp)), 1
+    elif isinstance(body, Shell):
+        shapes, vectors = _family(load, family_of(body).vectors)
+        if load.edge is None:
+            weights = _over_area(body.surface, shapes, vectors)
+        else:
+            weights = _along(load, body.surface, shapes, vectors)
     else:
-        weights = _along(load, body.surface, shapes, vectors)
+        raise ValueError(f"load {load.name!r}: {load.body!r} is no shell, and no solid with faces")
     loaded = np.flatnonzero(weights.any(axis=1))
     ints = layout.node_dofs[load.body][loaded, None] + 3 * np.arange(vectors)
     forces = weights[loaded, :, None] * np.asarray(load.direction, float)
     return ints, forces.reshape(len(loaded), -1)
+
+
+def _over_faces(body: Continuum, faces: Indices) -> Array:
+    """(n, 1) integrals of the shape functions of the nodes of a solid over its faces [m^2]."""
+    form = face_shape(STIFFNESS[body.element][0], FULL)
+    X, total = np.asarray(body.points, float), np.zeros((len(body.points), 1))
+    tangents = np.einsum("pkr,fki->fpri", form.slopes, X[faces])
+    area = np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=2) * form.weights
+    np.add.at(total[:, 0], faces, area @ form.values)
+    return total
 
 
 def _family(load: Traction, names: tuple[str, ...]) -> tuple[Shapes, int]:

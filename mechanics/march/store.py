@@ -113,10 +113,10 @@ TAKE = types.void(PACKED, MEMORY, types.float64, types.int64)
 demand_at, attempt_at, locate_at, take_at = at(DEMAND), at(ATTEMPT), at(LOCATE), at(TAKE)
 
 
-def field(store: Memory, name: int, *shape: int) -> Array:
-    """A copy of a field of the memory."""
+def field(store: Memory, name: int, *shape: int, count: int | None = None) -> Array:
+    """A copy of a field of the memory, or of the first ``count`` rows of it."""
     start, end = store.places[name]
-    return store.reals[start:end].reshape(shape or -1).copy()
+    return store.reals[start:end].reshape(shape or -1)[:count].copy()
 
 
 def _fields(name: str) -> Any:
