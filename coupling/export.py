@@ -1,7 +1,10 @@
-"""Results for ParaView: one .pvd index of .vtu files, one pair of files per frame."""
+"""Results for ParaView: one .pvd index of .vtu files for each frame, or one .vtkhdf file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from importlib import import_module
 from pathlib import Path
+from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import meshio
@@ -21,44 +24,73 @@ RESULTANTS = {"membrane_force": [0, 1, 2], "bending_moment": [3, 4, 5], "shear_f
 SHOWN_JOINT_SIZE = 2.0  # enlarged gap at full clearance, in radii of the widest section
 
 
+class Block(NamedTuple):
+    """What is shown together: its meshes differ from frame to frame in points and fields only.
+
+    part : its number in ParaView
+    mesh : of a frame
+    """
+
+    name: str
+    part: int
+    mesh: Callable[[int], meshio.Mesh]
+
+
 def export(results_path: Path | str, format: str = "pvd") -> list[Path]:
     """Write the recorded frames next to the results and return the files, the index first.
 
     ``run.pvd`` opens in ParaView as a time series of two blocks: the surfaces of all bodies
     and, when there are joints with clearance, two points for each of their contacts, the centres
     of journal and bearing there; where skins were recorded, their facets are a third; where beams
-    were computed as solids, their cells are another.
+    were computed as solids, their cells are another. ``run.vtkhdf`` holds the same in one file.
     """
     if format not in FORMATS:
         raise ValueError(f"format '{format}': expected one of {', '.join(FORMATS)}")
     with Results.open(results_path) as results:
-        return FORMATS[format](results)
+        bodies = read_bodies(results)
+        times = results["frames/time"] if "frames/time" in results else np.empty(0)
+        if not bodies or not len(times):
+            raise BadResults(f"{results.path}: no frames of bodies were recorded")
+        return FORMATS[format](results.path, times, _blocks(results, bodies, times))
 
 
-def _write_pvd(results: Results) -> list[Path]:
-    bodies = read_bodies(results)
-    times = results["frames/time"] if "frames/time" in results else np.empty(0)
-    if not bodies or not len(times):
-        raise BadResults(f"{results.path}: no frames of bodies were recorded")
-    folder = results.path.parent / FOLDER
-    folder.mkdir(exist_ok=True)
-    joints = _Joints(results, bodies)
-    files = [(frame, 0, _write_bodies(folder, bodies, frame)) for frame in range(len(times))]
-    if results.names("solids"):
-        files += [(frame, 3, _write_solids(folder, results, frame)) for frame in range(len(times))]
-    if results.names("skins"):
-        files += [(frame, 2, _write_skins(folder, results, frame)) for frame in range(len(times))]
+def _blocks(results: Results, bodies: list[Body], times: Array) -> list[Block]:
+    found = [Block("bodies", 0, partial(_bodies, bodies))]
+    if names := results.names("solids"):
+        tables = [results.table(f"solids/{name}") for name in names]
+        cells = [results[f"cells/{name}/cells"] for name in names]
+        found.append(Block("solids", 3, partial(_solids, tables, cells)))
+    if names := results.names("skins"):
+        tables = [results.table(f"skins/{name}") for name in names]
+        found.append(Block("skins", 2, partial(_skins, tables)))
+    joints = _Joints(results, bodies, times)
     if joints.places:
-        files += [(frame, 1, joints.write(folder, frame, time)) for frame, time in enumerate(times)]
+        found.append(Block("joints", 1, joints.mesh))
+    return found
+
+
+def _write_pvd(path: Path, times: Array, blocks: list[Block]) -> list[Path]:
+    folder = path.parent / FOLDER
+    folder.mkdir(exist_ok=True)
+    files = [
+        (frame, part, _write(mesh(frame), folder / f"{name}_{frame:05d}.vtu"))
+        for name, part, mesh in blocks
+        for frame in range(len(times))
+    ]
     _remove_others(folder, {path for _, _, path in files})
-    index = results.path.with_name("run.pvd")
+    index = path.with_name("run.pvd")
     index.write_text(_index(times, files), encoding="utf-8")
     return [index, *(path for _, _, path in files)]
 
 
-def _write_skins(folder: Path, results: Results, frame: int) -> Path:
+def _write_vtkhdf(path: Path, times: Array, blocks: list[Block]) -> list[Path]:
+    file = path.with_name("run.vtkhdf")
+    import_module("coupling.vtkhdf").write(file, times, blocks)
+    return [file]
+
+
+def _skins(tables: Sequence[Mapping[str, Any]], frame: int) -> meshio.Mesh:
     """Facets of heated faces with their temperature [K] and the light that they absorb [W/m^2]."""
-    tables = [results.table(f"skins/{name}") for name in results.names("skins")]
     corners = np.concatenate([table["corners"][frame] for table in tables])
     fields = {}
     for name in ("temperature", "light"):
@@ -68,38 +100,35 @@ def _write_skins(folder: Path, results: Results, frame: int) -> Path:
         if not np.isnan(values).all():
             fields[name] = [values]
     cells = [("quad", np.arange(4 * len(corners)).reshape(-1, 4))]
-    mesh = meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=fields)
-    return _write(mesh, folder / f"skins_{frame:05d}.vtu")
+    return meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=fields)
 
 
-def _write_solids(folder: Path, results: Results, frame: int) -> Path:
+def _solids(
+    tables: Sequence[Mapping[str, Any]], cells: Sequence[Indices], frame: int
+) -> meshio.Mesh:
     """Cells of solids with displacement, temperature [K] and equivalent stress [Pa]."""
-    names = results.names("solids")
-    tables = [results.table(f"solids/{name}") for name in names]
-    cells: dict[str, list[Indices]] = {}
+    families: dict[str, list[Indices]] = {}
     stress: dict[str, list[Array]] = {}
     start = 0
-    for name, table in zip(names, tables, strict=True):
-        own = results[f"cells/{name}/cells"]
-        family = f"hexahedron{own.shape[1]}"
-        cells.setdefault(family, []).append(start + own)
+    for own, table in zip(cells, tables, strict=True):
+        family = f"hexahedron{own.shape[1]}".removesuffix("8")
+        families.setdefault(family, []).append(start + own)
         stress.setdefault(family, []).append(table["stress"][frame])
         start += table["position"].shape[1]
     points = np.concatenate([table["position"][frame] for table in tables])
     rest = np.concatenate([table["position"][0] for table in tables])
-    mesh = meshio.Mesh(
+    return meshio.Mesh(
         points,
-        [(family, np.concatenate(parts)) for family, parts in cells.items()],
+        [(family, np.concatenate(parts)) for family, parts in families.items()],
         {
             "displacement": points - rest,
             "temperature": np.concatenate([table["temperature"][frame] for table in tables]),
         },
         {"von_mises_stress": [np.concatenate(parts) for parts in stress.values()]},
     )
-    return _write(mesh, folder / f"solids_{frame:05d}.vtu")
 
 
-def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
+def _bodies(bodies: list[Body], frame: int) -> meshio.Mesh:
     surfaces = [surface(body, frame) for body in bodies]
     fields = {
         "displacement": np.concatenate([s.displacement for s in surfaces]),
@@ -110,13 +139,12 @@ def _write_bodies(folder: Path, bodies: list[Body], frame: int) -> Path:
     resultants = np.concatenate([_resultants(s) for s in surfaces])
     fields |= {name: resultants[:, columns] for name, columns in RESULTANTS.items()}
     cells, owners = _cells(bodies, surfaces)
-    mesh = meshio.Mesh(
+    return meshio.Mesh(
         np.concatenate([s.points for s in surfaces]),
         cells,
         {name: values for name, values in fields.items() if not np.isnan(values).all()},
         {"body": owners},
     )
-    return _write(mesh, folder / f"bodies_{frame:05d}.vtu")
 
 
 def _gradient(shape: Surface) -> Array:
@@ -153,7 +181,8 @@ def _cells(
 class _Joints:
     """The contacts of joints with clearance and their histories, read once for all frames."""
 
-    def __init__(self, results: Results, bodies: list[Body]) -> None:
+    def __init__(self, results: Results, bodies: list[Body], times: Array) -> None:
+        self.times = times
         by_name = {body.name: body for body in bodies}
         found = {name: placement(results, name, by_name) for name in results.names("joints")}
         self.places = {name: place for name, place in found.items() if place is not None}
@@ -161,9 +190,9 @@ class _Joints:
         widths = [max(b.section.height, b.section.width) for b in bodies if b.section]
         self.shown_size = SHOWN_JOINT_SIZE * 0.5 * max(widths, default=1.0)
 
-    def write(self, folder: Path, frame: int, time: float) -> Path:
+    def mesh(self, frame: int) -> meshio.Mesh:
         """Two points for each contact: bearing, then journal, with the state nearest in time."""
-        rows = [nearest_row(table, time) for table in self.tables.values()]
+        rows = [nearest_row(table, self.times[frame]) for table in self.tables.values()]
         places = zip(self.places.values(), rows, strict=True)
         at = [located(place, frame, row) for place, row in places]
         points = [point for centre, gap, _ in at for point in (centre, centre + gap)]
@@ -179,9 +208,7 @@ class _Joints:
         for name in ("clearance", "regime", "normal_force", "friction_force"):
             fields[name] = self._field(rows, name)
         cells = [("vertex", np.arange(len(points))[:, None])]
-        return _write(
-            meshio.Mesh(np.array(points), cells, fields), folder / f"joints_{frame:05d}.vtu"
-        )
+        return meshio.Mesh(np.array(points), cells, fields)
 
     @staticmethod
     def _field(rows: list[dict[str, Array]], name: str) -> Array:
@@ -218,4 +245,7 @@ def _index(times: Array, files: list[tuple[int, int, Path]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-FORMATS: dict[str, Callable[[Results], list[Path]]] = {"pvd": _write_pvd}
+FORMATS: dict[str, Callable[[Path, Array, list[Block]], list[Path]]] = {
+    "pvd": _write_pvd,
+    "vtkhdf": _write_vtkhdf,
+}

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from coupling.export import export
 from coupling.results import BadResults, Recorder, Results
 from coupling.surfaces import AROUND, Body, centre_line, read_bodies, surface
-from meshes import generate, sections, surfaces
+from meshes import generate, sections, solids, surfaces
 
 TUBE = sections.tube(0.27, 0.002)
 
@@ -290,8 +291,8 @@ def test_a_second_export_leaves_no_files_of_the_first(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_exported_is_refused(run: Path, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="format 'vtkhdf': expected one of pvd"):
-        export(run, format="vtkhdf")
+    with pytest.raises(ValueError, match="format 'stl': expected one of pvd, vtkhdf"):
+        export(run, format="stl")
     with pytest.raises(BadResults, match="no such file"):
         export(tmp_path)
     Recorder(tmp_path, {}).close("stopped", "nothing happened")
@@ -310,6 +311,119 @@ def test_exporting_needs_no_drawing_library(run: Path) -> None:
         command, capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]
     )
     assert found.stdout.strip() == "[]"
+
+
+# --------------------------------------------------------------------------- all in one file
+
+
+def read_by_vtk(file: Path) -> tuple[list[float], list[dict[str, Any]]]:
+    """Times, and the blocks at each of them."""
+    import pyvista
+    from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    reader, found = vtkHDFReader(), []
+    reader.SetFileName(str(file))
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    for step in range(reader.GetNumberOfSteps()):
+        reader.SetStep(step)
+        reader.Update()
+        whole, blocks = reader.GetOutputDataObject(0), {}
+        for k in range(whole.GetNumberOfPartitionedDataSets()):
+            name = whole.GetMetaData(k).Get(vtkCompositeDataSet.NAME())
+            copy = pyvista.UnstructuredGrid()
+            copy.deep_copy(whole.GetPartition(k, 0))
+            blocks[name] = copy
+        found.append(blocks)
+    return list(times), found
+
+
+def assert_same_grid(ours: Any, theirs: Any) -> None:
+    """Points, cells and fields, bit for bit; a field that one lacks is no number in the other."""
+    assert_array_equal(ours.points, theirs.points)
+    assert_array_equal(ours.cells, theirs.cells)
+    assert_array_equal(ours.celltypes, theirs.celltypes)
+    for a, b in ((ours.point_data, theirs.point_data), (ours.cell_data, theirs.cell_data)):
+        assert set(b) <= set(a)
+        for name in a:
+            assert_array_equal(a[name], b[name] if name in b else np.full_like(a[name], np.nan))
+
+
+def assert_same_series(results: Path, names: set[str]) -> None:
+    import pyvista
+
+    export(results)
+    (file,) = export(results, "vtkhdf")
+    assert file == results.with_name("run.vtkhdf")
+    times, steps = read_by_vtk(file)
+    assert times == Results.open(results)["frames/time"].tolist()
+    for frame, blocks in enumerate(steps):
+        assert set(blocks) == names
+        for name, ours in blocks.items():
+            assert_same_grid(ours, pyvista.read(file.parent / f"vtk/{name}_{frame:05d}.vtu"))
+
+
+def test_one_file_holds_all_frames(tmp_path: Path) -> None:
+    run = synthetic.arm_run(tmp_path, frames=5, windows=20, rows=2000)
+    assert_same_series(run, {"bodies", "joints"})
+    assert not run.with_name("run.vtkhdf.part").exists()
+
+
+def test_one_file_holds_solids_skins_and_what_single_frames_lack(tmp_path: Path) -> None:
+    """Cells of three families; light that no facet has at first."""
+    rng, recorder = np.random.default_rng(2), Recorder(tmp_path, {})
+    families = {"a": "hexahedron", "b": "hexahedron20", "c": "hexahedron27"}
+    made = {name: solids.box((1, 1, 1), (2, 1, 1), 1, kind) for name, kind in families.items()}
+    for frame in range(3):
+        recorder.append("frames", {"time": 0.5 * frame})
+        recorder.append("bodies/ball", {"position": rng.random((1, 3)), "axes": np.eye(3)[None]})
+        for name, mesh in made.items():
+            count, cells = len(mesh.points), len(mesh.cells[families[name]])
+            recorder.append(f"solids/{name}", {
+                "position": mesh.points + rng.random(3), "temperature": rng.random(count),
+                "stress": rng.random(cells),
+            })  # fmt: skip
+        light = rng.random(5) if frame else np.full(5, np.nan)
+        row = {"corners": rng.random((5, 4, 3)), "temperature": rng.random(5)}
+        recorder.append("skins/lit", row | {"light": light})
+        recorder.append("skins/dark", row)
+    for name, mesh in made.items():
+        recorder.append_many(f"cells/{name}", {"cells": mesh.cells[families[name]]})
+    recorder.close("done")
+    assert_same_series(recorder.path, {"bodies", "solids", "skins"})
+
+
+def test_the_command_writes_one_file(tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from coupling.cli import app
+
+    synthetic.arm_run(tmp_path, frames=2, windows=3, rows=50)
+    said = CliRunner().invoke(app, ["export", str(tmp_path), "--format", "vtkhdf"])
+    assert said.exit_code == 0 and (tmp_path / "run.vtkhdf").is_file()
+
+
+def test_filters_and_viewers_go_through_the_times(tmp_path: Path) -> None:
+    """They ask for a time, as ParaView does, not for a step."""
+    import pyvista
+    from vtkmodules.vtkCommonTransforms import vtkTransform
+    from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    run = synthetic.arm_run(tmp_path, frames=4, windows=3, rows=50)
+    export(run)
+    (file,) = export(run, "vtkhdf")
+    reader, moved = vtkHDFReader(), vtkTransformFilter()
+    reader.SetFileName(str(file))
+    moved.SetTransform(vtkTransform())
+    moved.SetInputConnection(reader.GetOutputPort())
+    for frame in (2, 0, 3):
+        moved.UpdateTimeStep(float(Results.open(run)["frames/time"][frame]))
+        ours = pyvista.wrap(moved.GetOutputDataObject(0).GetPartition(0, 0))
+        theirs = pyvista.read(tmp_path / f"vtk/bodies_{frame:05d}.vtu")
+        assert_array_equal(ours.points, theirs.points)
 
 
 # ------------------------------------------------------------------- shells and rigid bodies
