@@ -158,8 +158,11 @@ def _apart(pair: Pair, state: Coupled, now: _Pass, given: _Given) -> _Apart:
 
 
 def _share(part: float, whole: float, least: float) -> float:
-    """``part`` of a whole; zero of nothing."""
-    return part / max(whole, least) if part > 0.0 else 0.0
+    """``part`` of a whole; nothing is zero of it, and something infinitely much of nothing."""
+    size = max(whole, least)
+    if part == 0.0:
+        return 0.0
+    return part / size if size > 0.0 else np.inf
 
 
 def _size(values: Array) -> float:
