@@ -1,7 +1,7 @@
-"""Dead loads on surfaces and edges of shells and faces of solids, as consistent forces on all vectors of a node.
+"""Dead loads on surfaces and edges of shells and on faces of solids, as consistent forces.
 
 The virtual work of a load t per reference area, integral t.dr dA, puts the integrals of its shape
-functions on each vector: on positions, and where these are bicubic or cubic, on slopes as well.
+functions on each vector of a node: on positions, and where these are bicubic or cubic, on slopes.
 """
 
 from collections.abc import Callable, Sequence

@@ -9,11 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mechanics import kernels
-from mechanics.description import Beam, Shell
+from mechanics.description import Beam, Continuum, Shell
 from mechanics.elements import FAMILIES
 from mechanics.layout import Layout
 from meshes.materials import constant_material, library_material
 from meshes.sections import circle, rectangle
+from meshes.solids import box
 from meshes.surfaces import patch
 
 COLD = 293.15
@@ -129,8 +130,20 @@ def saddle(u, v):
     return np.stack([u, v, u * v + 0.5 * u * u], axis=1), d_u, d_v, np.stack([o, o, o + 1], axis=1)
 
 
+def solid(family, shape, elements, material, damping):
+    """A block of two rows of cells, or one that is curved and twisted."""
+    mesh = box((1.2, 0.8, 0.3), (max(elements, 2), 2, 1), 2, family.removesuffix("-full"))
+    points, cells = mesh.points, mesh.cells[family.removesuffix("-full")]
+    if shape == "curved":
+        x, y, z = points.T
+        points = np.stack([x + 0.2 * y * z, y + 0.2 * x * x, z + 0.15 * x * y], axis=1)
+    return Continuum("b", points, cells, material, COLD, family, damping)
+
+
 def body(family, shape="curved", elements=3, material=PAPER, damping=0.0, **given):
     """A body of the family; beams: ``section``, shells: ``thickness`` and ``width``."""
+    if family in SOLIDS:
+        return solid(family, shape, elements, material, damping)
     if family in SHELLS:
         width = given.get("width", 0.8)
         u = np.linspace(0.0, given.get("length", 1.2), elements + 1)

@@ -14,6 +14,7 @@ from element_cases import (
     PLAIN,
     POISSONLESS,
     SHELLS,
+    SOLIDS,
     body,
     build,
     derivative,
@@ -37,6 +38,7 @@ from meshes.sections import circle, rectangle, tube
 from meshes.surfaces import patch
 
 families = pytest.mark.parametrize("family", FLEXIBLE)
+with_solids = pytest.mark.parametrize("family", [*FLEXIBLE, *SOLIDS])
 shapes = pytest.mark.parametrize("shape", ["straight", "curved"])
 vector = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 
@@ -57,7 +59,7 @@ def excited(case, seed, uneven=True):
 # -- data --------------------------------------------------------------------------------------
 
 
-@families
+@with_solids
 def test_data_are_laid_out_as_kernels_read_them(family):
     """One row for each element, C order, whole numbers and floats of 64 bits."""
     case = make(family, elements=2)
@@ -91,7 +93,7 @@ def test_resultants_are_zero_at_rest_and_not_under_load(family):
 # -- invariance and equilibrium ----------------------------------------------------------------
 
 
-@families
+@with_solids
 @shapes
 @settings(max_examples=10, deadline=None)
 @given(turn=vector, shift=vector)
@@ -105,7 +107,7 @@ def test_no_rigid_motion_strains_a_body(family, shape, turn, shift):
     assert abs(case.energies(q, 0 * q, coef)[0]) < 1e-24 * size
 
 
-@families
+@with_solids
 def test_forces_turn_with_the_body(family):
     case = make(family, damping=1e-3)
     coef, q, v = excited(case, 2)
@@ -118,7 +120,7 @@ def test_forces_turn_with_the_body(family):
     assert case.energies(there, v_there, coef) == pytest.approx(energy, rel=1e-10)
 
 
-@families
+@with_solids
 def test_forces_and_moments_are_in_balance(family):
     case = make(family, damping=1e-2)
     coef, q, v = excited(case, 6)
@@ -129,7 +131,7 @@ def test_forces_and_moments_are_in_balance(family):
     assert np.abs(moments).max() < 1e-11 * size
 
 
-@families
+@with_solids
 @shapes
 def test_nothing_but_rigid_motion_is_free(family, shape):
     """The stiffness of one element at rest is zero for its rigid motions, and for nothing else.
@@ -157,7 +159,7 @@ def test_nothing_but_rigid_motion_is_free(family, shape):
 # -- derivatives -------------------------------------------------------------------------------
 
 
-@families
+@with_solids
 @pytest.mark.parametrize("damping", [0.0, 2e-3])
 def test_tangent_is_the_derivative_of_the_force(family, damping):
     case = make(family, "curved", 1, damping=damping)
@@ -169,7 +171,7 @@ def test_tangent_is_the_derivative_of_the_force(family, damping):
     assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 
-@families
+@with_solids
 def test_tangents_said_to_be_symmetric_are(family):
     for damping in (0.0, 1e-2):
         case = make(family, "curved", 2, damping=damping)
@@ -180,7 +182,7 @@ def test_tangents_said_to_be_symmetric_are(family):
         assert case.term.symmetric or damping > 0.0
 
 
-@families
+@with_solids
 def test_force_is_the_gradient_of_the_energy(family):
     case = make(family, "curved", 1)
     coef, q, v = excited(case, 4)
@@ -192,7 +194,7 @@ def test_force_is_the_gradient_of_the_energy(family):
 # -- damping -----------------------------------------------------------------------------------
 
 
-@families
+@with_solids
 def test_damping_takes_energy_but_not_from_rigid_motion(family):
     case = make(family, damping=1e-2)
     coef, q, v = excited(case, 5, uneven=False)
@@ -207,7 +209,7 @@ def test_damping_takes_energy_but_not_from_rigid_motion(family):
     assert np.abs(rigid).max() < 1e-11 * np.abs(damping).max()
 
 
-@families
+@with_solids
 def test_power_of_damping_is_lost_or_works_on_free_strains(family):
     case = make(family, damping=1e-2)
     cold = case.coefficients()
@@ -219,7 +221,7 @@ def test_power_of_damping_is_lost_or_works_on_free_strains(family):
     assert v @ damping == pytest.approx(lost + heating, rel=1e-8)
 
 
-@families
+@with_solids
 def test_a_body_that_expands_freely_is_not_damped(family):
     case = make(family, damping=1e-2)
     warm, hot, h = COLD + 60.0, COLD + 61.0, 0.5
@@ -238,7 +240,7 @@ def test_a_body_that_expands_freely_is_not_damped(family):
 # -- temperature -------------------------------------------------------------------------------
 
 
-@families
+@with_solids
 @shapes
 def test_uniform_expansion_is_free_of_stress(family, shape):
     case = make(family, shape)
@@ -471,7 +473,7 @@ def test_a_heated_cantilever_vibrates_with_the_modulus_at_its_temperature(family
 # -- several bodies ----------------------------------------------------------------------------
 
 
-@families
+@with_solids
 def test_bodies_of_one_term_do_not_mix(family):
     """Two bodies with different materials, damping and, for beams, sections."""
     parts = [
@@ -522,7 +524,7 @@ def flown(part, h, end=0.04):
     return np.array(found)
 
 
-@families
+@with_solids
 def test_free_flight_keeps_momentum_and_angular_momentum(family):
     """A soft body flies and tumbles: linear momentum stays to round-off, angular momentum to
     the second order of the step, which is that of the integrator."""

@@ -4,7 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from element_cases import COLD, FLEXIBLE, PAPER, PLAIN, Case, body, build, derivative, make, spun
+from element_cases import (
+    COLD,
+    FLEXIBLE,
+    PAPER,
+    PLAIN,
+    SOLIDS,
+    Case,
+    body,
+    build,
+    derivative,
+    make,
+    spun,
+)
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
@@ -13,7 +25,7 @@ from mechanics.density import DensityFactors
 from mechanics.rayleigh import build as build_rayleigh
 
 ALPHA_M, ALPHA_K = 0.12, 1.5e-4
-families = pytest.mark.parametrize("family", FLEXIBLE)
+families = pytest.mark.parametrize("family", [*FLEXIBLE, *SOLIDS])
 
 
 def damped(family, alpha_m=ALPHA_M, alpha_k=ALPHA_K, shape="curved"):
