@@ -8,8 +8,8 @@ import pytest
 import test_deck
 from test_deck import TIP, beam, clamp, force, scene, wall
 
-from coupling import opinion_quantities
-from coupling.opinion_quantities import told
+from coupling.crosscheck import outside
+from coupling.crosscheck.outside import measured_by as told
 
 needs_ccx = pytest.mark.skipif(
     shutil.which(os.environ.get("THERMOBODY_CCX", "ccx")) is None, reason="ccx is not installed"
@@ -61,13 +61,12 @@ def test_exudyn_says_why_it_cannot():
     pytest.importorskip("exudyn")
     case = asked(wall('"35 degC"', '"15 degC"'), stages=["mass", "static"])
     found = told("exudyn", case)
-    assert "no heat" in found.why["static"]
-    assert not found.quantities
+    assert isinstance(found, str) and "no heat" in found
 
 
 @needs_ccx
 def test_a_motion_is_told_at_the_ends_of_windows(monkeypatch):
-    monkeypatch.setattr(opinion_quantities, "STEPS", 4)
+    monkeypatch.setattr(outside, "STEPS", 4)
     case = asked(
         force("1 N"), stages=["transient", "pointing"], kind="dynamics", end="20 ms", window="5 ms"
     )

@@ -21,7 +21,7 @@ STEPS = [
 def pair(window: float, of_motion: int, of_heat: int):
     """The rubbing hinge with equal steps in each window."""
     h = window / of_motion
-    return RUBBING.build(Control(1.0, h, h / 1e6, TIGHT), Settings(steps=of_heat))
+    return RUBBING.stepped(Control(1.0, h, h / 1e6, TIGHT), Settings(steps=of_heat))
 
 
 @pytest.fixture(scope="module")

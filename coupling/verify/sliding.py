@@ -54,9 +54,13 @@ class Sliding:
     film: float = 0.0
     outwards: float = 0.0
 
-    def build(self, control: Control | None = None, settings: Settings = DEFAULT) -> Pair:
-        """The two solvers and their transfer; steps of motion and of heat may be given."""
-        motion = Mechanics(self._motion(), control or _CONTROL)
+    def build(self) -> Pair:
+        """The two solvers and their transfer."""
+        return self.stepped(_CONTROL, DEFAULT)
+
+    def stepped(self, control: Control, settings: Settings) -> Pair:
+        """The same with steps of motion and of heat as given."""
+        motion = Mechanics(self._motion(), control)
         lumps = solvers.build("lumped", self._heat(), settings)
         rest = np.full(len(motion.x), ROOM)
         read = transfer(lumps.x, lumps.regions, motion.x, motion.axes, motion.regions, rest)
