@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from coupling.columns import Column
 
 FORMAT = "thermobody-results"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Of what is written: another one with every change of columns or state."""
+READABLE = (1, 2)
+"""Versions that are drawn and exported; a run goes on from its own only."""
 FILE_NAME = "results.h5"
 
 
@@ -150,8 +153,9 @@ def _check_format(path: Path, file: h5py.File) -> None:
         name, version = file.attrs.get("format"), file.attrs.get("format_version")
     if name != FORMAT:
         raise BadResults(f"{path}: an HDF5 file, but not written by thermobody")
-    if version != FORMAT_VERSION:
-        raise BadResults(f"{path}: format version {version}; this program reads {FORMAT_VERSION}")
+    if version not in READABLE:
+        known = " and ".join(map(str, READABLE))
+        raise BadResults(f"{path}: format version {version}; this program reads {known}")
 
 
 @contextlib.contextmanager

@@ -1,14 +1,20 @@
 """Going on with a run that ended early."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from coupling.errors import BadCase, Problem
+from coupling.reading import FORMAT_VERSION
 from coupling.results import FILE_NAME, BadResults, Recorder, Results
+from coupling.tables import OtherRows
+
+OTHER = "is of another version of the program"
 
 
 def latest(parent: Path) -> Path:
@@ -28,8 +34,11 @@ def reopened(folder: Path, scene: str) -> Recorder:
     """
     try:
         with Results.open(folder, journal=False) as results:
-            saved = str(results.attributes().get("scene", ""))
-        check_same_case(saved, scene)
+            saved = results.attributes()
+        if saved["format_version"] != FORMAT_VERSION:
+            text = f"format version {saved['format_version']}, not {FORMAT_VERSION}"
+            raise BadResults(f"it {OTHER} ({text})")
+        check_same_case(str(saved.get("scene", "")), scene)
         recorder = Recorder.reopen(folder)
     except BadResults as error:
         text = f"{error}; leave out --resume to start anew"
@@ -60,16 +69,33 @@ def _essence(text: str) -> dict[str, Any]:
     return tables
 
 
-def restored(template: Any, saved: Mapping[str, Any], folder: Path) -> Any:
-    """The coupled state that was saved, in the types of ``template``.
+def restored(
+    template: Any, saved: Mapping[str, Any], solver: Any, folder: Path
+) -> tuple[Any, int, int]:
+    """Coupled state that was saved, in the types of ``template``, its tick, size of the window.
 
-    Raises BadCase where it is not one of this program.
+    The solver of heat is given back what it kept beside. Raises BadCase where something is not as
+    this program has it.
     """
     try:
-        return restore(template, saved["coupled"])
-    except (KeyError, ValueError, TypeError) as error:
-        text = f"its state is of another version of the program ({error}); start it anew"
-        raise BadCase(str(folder), [Problem("", text)]) from None
+        remember(solver, saved)
+        return restore(template, saved["coupled"]), int(saved["tick"]), int(saved["size"])
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        raise _other(folder, "state", error) from None
+
+
+@contextmanager
+def continuing(folder: Path) -> Iterator[None]:
+    """Rows are added to those that were found; BadCase where they have other columns."""
+    try:
+        yield
+    except OtherRows as error:
+        raise _other(folder, "history", error) from None
+
+
+def _other(folder: Path, what: str, error: Exception) -> BadCase:
+    text = f"its {what} {OTHER} ({error}); leave out --resume to start anew"
+    return BadCase(str(folder), [Problem("", text)])
 
 
 def memory(solver: Any) -> Mapping[str, Any]:
@@ -84,13 +110,27 @@ def remember(solver: Any, saved: Mapping[str, Any]) -> None:
 
 
 def restore(template: Any, saved: Any) -> Any:
-    """The saved state in the types of ``template`` (nested named tuples of arrays)."""
+    """The saved state in the types of ``template`` (nested named tuples of arrays).
+
+    ValueError where it has other fields, or arrays of another shape; what is empty in the template
+    may have grown.
+    """
     if hasattr(template, "_fields"):
+        if odd := sorted(set(template._fields) ^ set(saved)):
+            raise ValueError(f"fields that differ: {', '.join(odd)}")
         parts = {k: restore(getattr(template, k), saved[k]) for k in template._fields}
         return type(template)(**parts)
     if isinstance(template, np.ndarray):
-        value = np.asarray(saved, template.dtype)  # of another size: as many rows as were seen
-        return value.reshape(template.shape) if value.size == template.size else value
+        return _restored_array(template, np.asarray(saved, template.dtype))
     if isinstance(template, Mapping):
         return dict(saved)
     return type(template)(saved)
+
+
+def _restored_array(template: NDArray[Any], value: NDArray[Any]) -> NDArray[Any]:
+    if value.size == template.size:
+        return value.reshape(template.shape)
+    pairs = list(zip(value.shape, template.shape, strict=False))
+    if value.ndim == template.ndim and all(size == own or own == 0 for size, own in pairs):
+        return value
+    raise ValueError(f"an array {value.shape} in place of {template.shape}")

@@ -7,6 +7,7 @@ and the size of the window that ended there: nothing else has to be kept to go o
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -168,7 +169,7 @@ def run(
     console : rich console for progress; None: silent
     """
     from coupling.progress import Progress
-    from coupling.resume import latest
+    from coupling.resume import continuing, latest
 
     parent = folder or scene.folder / "results"
     with Progress(console) as progress:
@@ -180,7 +181,8 @@ def run(
             begin = _resumed if resume else _begun
             recording, start = begin(model, place, scene, start, progress.say)
             progress.say("first step (kernels are compiled the first time)")
-            return _carry(model, recording, start, progress)
+            with continuing(place) if resume else nullcontext():
+                return _carry(model, recording, start, progress)
 
 
 def _begun(
@@ -194,7 +196,7 @@ def _begun(
 def _resumed(
     model: Model, folder: Path, scene: Scene, start: Start, say: Say
 ) -> tuple[Recording, Start]:
-    from coupling.resume import remember, reopened, restored
+    from coupling.resume import reopened, restored
 
     recorder = reopened(folder, scene.text)
     if recorder.damage:
@@ -203,9 +205,8 @@ def _resumed(
     if not saved:
         say("the run ended before its first state; it begins")
         return _begun(model, folder, scene, start, say)
-    remember(model.pair.heat_solver, saved)
-    state = restored(start.state, saved, folder)
-    return Recording(model, recorder), Start(state, int(saved["tick"]), int(saved["size"]))
+    found = restored(start.state, saved, model.pair.heat_solver, folder)
+    return Recording(model, recorder), Start(*found)
 
 
 def _carry(model: Model, recording: Recording, start: Start, progress) -> Outcome:

@@ -12,6 +12,10 @@ Values = NDArray[Any]
 FIRST_CAPACITY = 64
 
 
+class OtherRows(ValueError):  # noqa: N818 (says it in the language of its reader)
+    """A row does not fit those before it."""
+
+
 class Table:
     """Columns of equal length; the rows of an open stage can vanish again.
 
@@ -119,11 +123,11 @@ class Table:
             }
         if row.keys() != self.columns.keys():
             odd = sorted(row.keys() ^ self.columns.keys())
-            raise ValueError(f"{self.name}: a row needs the columns of the first one; see {odd}")
+            raise OtherRows(f"{self.name}: a row needs the columns of the first one; see {odd}")
         for name, value in row.items():
             shape = self.columns[name].shape[1:]
             if shape and np.shape(value)[skip:] != shape:  # assignment would broadcast
-                raise ValueError(f"{self.name}/{name}: shape {np.shape(value)[skip:]}, not {shape}")
+                raise OtherRows(f"{self.name}/{name}: shape {np.shape(value)[skip:]}, not {shape}")
         if self.length + count > len(next(iter(self.columns.values()))):
             self._grow(self.length + count)
 

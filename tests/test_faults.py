@@ -167,7 +167,11 @@ def test_a_run_killed_again_and_again_ends_as_if_undisturbed(whole, tmp_path):
 
 
 KILLS = 50
-LONG = ("time.end=30", "body.arm.elements=4", "output.frames=20", "output.export=[]")
+LIVES = {
+    "arm": ("arm_rotation", ("time.end=60", "body.arm.elements=4", "output.export=[]")),
+    "hinge": ("single_hinge", ("time.window=0.5 ms", "output.export=[]")),
+}
+"""Cases of 600 windows; the hinge hits, rubs and warms its pin all the time."""
 
 
 def process(words):
@@ -177,28 +181,71 @@ def process(words):
     return subprocess.Popen(words, cwd=ROOT, stdout=quiet, stderr=quiet, env=environment)
 
 
+def stamp(folder):
+    """What changes when ``results.h5`` is written [ns]; None while there is none."""
+    return next((file.stat().st_mtime_ns for file in folder.glob("*/results.h5")), None)
+
+
+def is_under_way(folder, before):
+    """Whether a life has written ``results.h5`` since it was so, and windows behind it."""
+    written, head = stamp(folder), len(journal.FIRST) + 17
+    if written in (None, before):
+        return False
+    found = [file.stat() for file in folder.glob("*/journal")]
+    return any(each.st_size > head and each.st_mtime_ns > written for each in found)
+
+
+def windows_of(folder):
+    """How many windows a run has, and its state and tables belong together."""
+    (file,) = folder.glob("*/results.h5")
+    return len(consistent(file.parent)[0].get("windows", {"time": []})["time"])
+
+
+def killed_under_way(begin, folder, delay):
+    """Kill a life so long after its first windows [s]; whether it was still alive."""
+    before, life = stamp(folder), begin(folder)
+    while life.poll() is None and not is_under_way(folder, before):
+        time.sleep(1e-3)
+    time.sleep(delay)
+    life.kill()
+    assert life.wait() in (0, -signal.SIGKILL)
+    return life.returncode != 0
+
+
 @pytest.mark.slow
-def test_fifty_kills_of_the_command(tmp_path):
-    """Processes from start to end, killed in any of their stages."""
-    started = time.monotonic()
-    undisturbed = process(words_of("run", ARM, "--output", tmp_path / "whole", settings=LONG))
-    assert undisturbed.wait() == 0
-    alone = time.monotonic() - started
-    rng, kills, runs = np.random.default_rng(), 0, 0
+@pytest.mark.parametrize("name", LIVES)
+def test_fifty_kills_of_the_command(name, tmp_path):
+    """Each at a random moment after the process has gone on: up to two windows later.
+
+    Where one run is too short for all of them, another follows.
+    """
+    case, settings = LIVES[name]
+
+    def begin(folder):
+        more = ["--resume"] if stamp(folder) else []
+        words = ("run", ROOT / "cases" / case, "--output", folder, *more)
+        return process(words_of(*words, settings=settings))
+
+    assert begin(tmp_path / "whole").wait() == 0
+    whole = Outcome(0, tmp_path / "whole" / "001", "")
+    clock = consistent(whole.folder)[0]["windows"]["wall_time"]
+    window = float(np.median(np.diff(clock)))
+    rng, started = np.random.default_rng(), time.monotonic()
+    kills, runs, windows = 0, 1, 0
     while kills < KILLS:
-        runs += 1
         folder = tmp_path / f"killed{runs}"
-
-        def begin(resume, folder=folder):
-            more = ["--resume"] if resume else []
-            return process(words_of("run", ARM, "--output", folder, *more, settings=LONG))
-
-        # lives grow, lest a computer that is busier than at first never comes to the end
-        moments = (alone * rng.uniform(0.0, 1.0 + k / 20) for k in range(400))
-        killed, outcome = killed_again_and_again(begin, folder, moments)
-        kills += killed
-        assert_same_results(outcome, Outcome(0, tmp_path / "whole" / "001", ""))
-    print(f"{kills} kills in {runs} runs, {alone:.1f} s each undisturbed")
+        if killed_under_way(begin, folder, rng.uniform(0.0, 2.0 * window)):
+            kills, before = kills + 1, windows
+            windows = windows_of(folder)
+            assert windows > before
+        else:
+            assert_same_results(Outcome(0, folder / "001", ""), whole)
+            runs, windows = runs + 1, 0
+    assert begin(folder).wait() == 0
+    assert_same_results(Outcome(0, folder / "001", ""), whole)
+    lasted = time.monotonic() - started
+    print(f"{name}: {kills} kills in {runs} runs and {lasted:.0f} s, the last after {windows} of")
+    print(f"{len(clock)} windows of {1e3 * window:.0f} ms")
 
 
 def test_nothing_is_lost_but_the_window_in_progress(broken_off):
@@ -376,20 +423,47 @@ def test_a_truncated_results_file_is_refused(part, broken_off):
         assert code == 2 and "damaged" in said, words
 
 
-@pytest.mark.parametrize(
-    "name, change, text",
-    [
-        ("version", lambda file: file.attrs.update(format_version=0), "format version 0"),
-        ("state", lambda file: file["state/coupled"].pop("released"), "another version"),
-        ("size", lambda file: file["state/coupled"].pop("motion"), "another version"),
-    ],
-)
-def test_runs_of_other_versions_are_not_resumed(name, change, text, broken_off):
+def shorten(file, name):
+    """An array loses its last number."""
+    values = file[name][()]
+    del file[name]
+    file[name] = values[:-1]
+
+
+OTHERS = {
+    "version": (lambda file: file.attrs.update(format_version=0), "format version 0"),
+    "older version": (lambda file: file.attrs.update(format_version=1), "format version 1, not 2"),
+    "no field": (lambda file: file["state/coupled"].pop("released"), "differ: released"),
+    "another field": (lambda file: file["state/coupled"].create_group("heats"), "differ: heats"),
+    "no part": (lambda file: file["state/coupled"].pop("motion"), "differ: motion"),
+    "no tick": (lambda file: file["state"].pop("tick"), "its state is of another version"),
+    "size": (lambda file: shorten(file, "state/coupled/motion/motion/q"), "an array (59,)"),
+    "no column": (lambda file: file["windows"].pop("exchanges"), "windows: a row needs"),
+    "another column": (lambda file: file["ledger"].move("damping", "loss"), "ledger: a row needs"),
+    "other places": (lambda file: file["probes/tip"].pop("velocity"), "probes/tip: a row needs"),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_runs_of_other_versions_are_not_resumed(name, broken_off):
+    """Nor is anything lost of them."""
+    change, text = OTHERS[name]
     (broken_off / "001" / "journal").unlink()
     with h5py.File(broken_off / "001" / "results.h5", "r+") as file:
         change(file)
-    with pytest.raises(BadCase, match=text):
-        simulation.run(arm(), broken_off, resume=True)
+        before = file["windows/time"][()]
+    code, said = command(*words_of("run", ARM, "--output", broken_off, "--resume"))
+    assert code == 2 and text in said and "leave out --resume" in said
+    with h5py.File(broken_off / "001" / "results.h5") as file:
+        assert_same(file["windows/time"][()], before)
+    assert sorted(p.name for p in (broken_off / "001").iterdir()) == ["results.h5"]
+
+
+def test_runs_of_the_version_before_are_read(broken_off):
+    (broken_off / "001" / "journal").unlink()
+    with h5py.File(broken_off / "001" / "results.h5", "r+") as file:
+        file.attrs.update(format_version=1)
+    assert command("export", broken_off)[0] == 0
 
 
 def test_another_case_is_refused_with_the_tables_that_differ(broken_off):

@@ -125,7 +125,7 @@ def test_root_attributes(recorder: Recorder) -> None:
     attributes = Results.open(recorder.path).attributes()
     assert attributes["outcome"] == "stopped"
     assert attributes["reason"] == "joint hinge: no convergence at 0.3 s"
-    assert attributes["format_version"] == 1
+    assert attributes["format_version"] == 2
     assert json.loads(attributes["overrides"]) == ["a=1"]
     assert json.loads(attributes["versions"]) == {"numpy": "2"}
 
@@ -400,8 +400,8 @@ def test_files_that_are_no_results_are_refused(tmp_path: Path) -> None:
     with pytest.raises(BadResults, match="not written by thermobody"):
         Results.open(tmp_path / "other.h5")
     with h5py.File(tmp_path / "newer.h5", "w") as file:
-        file.attrs.update({"format": "thermobody-results", "format_version": 2})
-    with pytest.raises(BadResults, match="format version 2; this program reads 1"):
+        file.attrs.update({"format": "thermobody-results", "format_version": 3})
+    with pytest.raises(BadResults, match="format version 3; this program reads 1 and 2"):
         Results.open(tmp_path / "newer.h5")
 
 
