@@ -123,8 +123,7 @@ def equilibrium(
         found = newton(system, y, t, coef, Allowed(tolerance, iterations, bound))
         spent += found.iterations
         if found.why and increment <= 1.0 / (LAST * steps):
-            lower, more = downhill(system, y, t, coef, PATIENCE * iterations)
-            found = newton(system, lower, t, coef, Allowed(tolerance, iterations, np.inf))
+            found, more = _fallen(system, y, t, coef, Allowed(tolerance, iterations, np.inf))
             spent += more + found.iterations
         moved = float(np.max(np.abs(found.y - y)[: system.n] / system.scale, initial=0.0))
         near = not found.why and (moved <= LARGEST_STEP or small)
@@ -139,6 +138,12 @@ def equilibrium(
             continue
         seek = found.why and fraction == 0.0 and bound < np.inf
         loose = free_motions(system, y, c0) if seek else []
+        if loose and system.contacts:  # what is loose falls until it touches
+            fallen, more = _fallen(system, y, t, coef, Allowed(tolerance, iterations, np.inf))
+            spent += more + fallen.iterations
+            if not fallen.why:
+                y, bound = fallen.y, np.inf
+                continue
         if loose or increment <= 1.0 / (1024 * steps):
             why = "nothing holds " + "; ".join(loose) if loose else found.why
             return Equilibrium(y[: system.n], y[system.n :], spent, fraction, why)
@@ -146,6 +151,14 @@ def equilibrium(
             increment *= 0.5
         bound = np.inf if found.why else bound
     return Equilibrium(y[: system.n], y[system.n :], spent, 1.0, "")
+
+
+def _fallen(
+    system: System, y: Array, t: float, coef: Coefficients, allowed: Allowed
+) -> tuple[Found, int]:
+    """Where bodies that only contacts can hold come to rest, and factorisations spent falling."""
+    lower, spent = downhill(system, y, t, coef, PATIENCE * allowed.iterations)
+    return newton(system, lower, t, coef, allowed), spent
 
 
 def at_rest(system: System) -> Array:

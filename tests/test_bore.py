@@ -607,6 +607,48 @@ def momenta(made, state):
     return p[places].sum(axis=0), np.cross(q, p).sum(axis=0)
 
 
+# -- start in equilibrium ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gap", [1.0, 0.0])
+def test_motion_begins_with_the_pin_pressed(gap):
+    """From any gap the pin falls to where the bore carries 500 N, and stays there: no waves."""
+    body, facets, r = bush(mesh(24))
+    start = MIDDLE + (1.0 - gap) * CLEAR * EAST
+    joints = [
+        *held(np.flatnonzero(r > 0.999 * OUTER)),
+        contact(facets, Site("pin"), restitution=0.3),
+        Prismatic("slide", Site("pin"), Site(None, position=start), EAST),
+    ]
+    loads = [Force("load", Site("pin"), EAST, lambda t: 500.0)]
+    bodies = [body, RigidBody("pin", start, 0.02, 1e-6 * np.eye(3))]
+    made = Mechanics(Description(bodies, joints, loads), Control(1e-6, 1e-4))
+    T = np.tile([AMBIENT, 0.0, 0.0], (len(made.x), 1))
+    state = made.initial(T, rest=T)
+    rows: list = []
+    after, _, why = made.advance(state, 1e-3, T, T, observe=rows.append)
+    assert why == ""
+    pressed = np.concatenate([row.response[:, 0, march.PATH + 1] for row in rows])
+    assert rows[0].response[:, 0, march.ELASTIC] == pytest.approx(500.0, rel=1e-6)
+    assert np.ptp(pressed) < 1e-6 * pressed[0]
+    assert np.abs(after.motion.q - state.motion.q).max() < 1e-13
+    assert after.counts[0] <= 12  # 400 from a sudden load, which sends waves through the ring
+
+
+def test_a_loose_pin_that_nothing_pushes_has_no_equilibrium():
+    body, facets, _ = bush(mesh(16))
+    joints = [
+        *held(range(len(body.points))),
+        contact(facets, Site("pin")),
+        Prismatic("slide", Site("pin"), Site(None, position=MIDDLE), EAST),
+    ]
+    bodies = [body, RigidBody("pin", MIDDLE, 0.02, 1e-6 * np.eye(3))]
+    made = Mechanics(Description(bodies, joints), Control(1e-6, 1e-4))
+    T = np.tile([AMBIENT, 0.0, 0.0], (len(made.x), 1))
+    with pytest.raises(ValueError, match="nothing holds body 'pin': it can move along x"):
+        made.initial(T, rest=T)
+
+
 # -- what cannot be ------------------------------------------------------------------------------
 
 
