@@ -8,6 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from coupling.errors import BadCase, Problem, unknown
+from coupling.reports.maps import Map, draw_map
 from coupling.reports.registry import (
     OF_A_CASE,
     OF_MANY_SIZES,
@@ -143,7 +144,7 @@ def _markdown(result: Result) -> str:
     return "\n".join([*lines, "", *(f"{note}  " for note in result.notes)]) + "\n"
 
 
-def _drawn(path: Path, title: str, pictures: Sequence[Picture]) -> Path:
+def _drawn(path: Path, title: str, pictures: Sequence[Picture | Map]) -> Path:
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -154,7 +155,10 @@ def _drawn(path: Path, title: str, pictures: Sequence[Picture]) -> Path:
         figure = Figure(figsize=size, dpi=150, layout="constrained")
         panels = figure.subplots(len(pictures), squeeze=False)[:, 0]
         for ax, picture in zip(panels, pictures, strict=True):
-            _draw(ax, picture)
+            if isinstance(picture, Map):
+                draw_map(ax, picture)
+            else:
+                _draw(ax, picture)
         figure.suptitle(title, x=0.01, ha="left", weight="bold")
         figure.savefig(path)
     return path

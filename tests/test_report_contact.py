@@ -42,7 +42,7 @@ def test_no_extreme_stops_the_solver(table):
 
 
 def test_a_case_that_stops_says_why():
-    case = extremes._flight("pulled endlessly")
+    case = extremes.flight("pulled endlessly")
     pull = Force("pull", Site("ball"), X, lambda t: np.inf if t > 4e-4 else 0.0)
     contact = NormalContact(value=1e10)
     made = model([ball(0.01, 0.1 * X)], [joint(contact, CLEARANCE)], [pull])
@@ -53,7 +53,7 @@ def test_a_case_that_stops_says_why():
 
 
 def test_a_wrong_expectation_is_called_wrong():
-    case = extremes._flight("wrong")
+    case = extremes.flight("wrong")
     assert extremes._row(case)[1] == "right"
     assert extremes._row(case._replace(expected=0.8))[1].startswith("off by 5")
 

@@ -106,17 +106,17 @@ def _row(case: Case) -> Row:
 def cases() -> Iterator[Case]:
     """One after the other; the first ones are the simplest."""
     for c in CLEARANCES:
-        yield _flight(f"clearance {1e6 * c:g} um", clearance=c)
+        yield flight(f"clearance {1e6 * c:g} um", clearance=c)
     for law in STIFF:
         for K in STIFFNESSES:
-            yield _flight(f"K = {K:g}, {law}", law=law, stiffness=K)
+            yield flight(f"K = {K:g}, {law}", law=law, stiffness=K)
     for e in RESTITUTIONS:
         for law in STIFF:
-            yield _flight(f"e = {e:g}, {law}", law=law, restitution=e)
+            yield flight(f"e = {e:g}, {law}", law=law, restitution=e)
     for m in MASSES:
-        yield _flight(f"mass {m:g} kg", mass=m)
+        yield flight(f"mass {m:g} kg", mass=m)
     for largest in (1e3, 1e-6):
-        yield _flight(f"largest step {largest:g} s")._replace(largest=largest)
+        yield flight(f"largest step {largest:g} s")._replace(largest=largest)
     yield _thin_rod()
     yield _overlap()
     for e in (0.1, 0.5, 0.9, 0.95):
@@ -155,7 +155,7 @@ def _model(
 # ------------------------------------------------------------------------------- without friction
 
 
-def _flight(
+def flight(
     what: str,
     clearance: float = CLEARANCE,
     law: str = "hertz-external",

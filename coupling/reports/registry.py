@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,13 @@ OWN = {
         "extremes": "coupling.reports.heat_extremes:report",
         "shock": "coupling.reports.heat_shock:report",
         "speed": "coupling.reports.heat_speed:report",
+    },
+    "stability": {
+        "steps": "coupling.reports.stability_steps:report",
+        "exchange": "coupling.reports.stability_exchange:report",
+        "clearance": "coupling.reports.stability_clearance:report",
+        "slenderness": "coupling.reports.stability_slenderness:report",
+        "heating": "coupling.reports.stability_heating:report",
     },
     "program": {
         "leaving_out": "coupling.reports.leaving_out:report",
@@ -70,6 +77,7 @@ class Picture(NamedTuple):
 class Result(NamedTuple):
     """A table, what it says in words, and pictures of it, one below the other.
 
+    pictures : ``Picture``, or ``coupling.reports.maps.Map``
     columns : names with units;  rows : numbers and words under them
     """
 
@@ -78,7 +86,7 @@ class Result(NamedTuple):
     columns: tuple[str, ...]
     rows: Sequence[Row]
     notes: list[str]
-    pictures: Sequence[Picture] = ()
+    pictures: Sequence[Any] = ()
 
 
 Make = Callable[..., Iterator[Result]]
