@@ -445,7 +445,7 @@ def _blocks(system: System) -> tuple[Indices, Indices]:
             stage[own], solid[own] = np.repeat(stages, kind), True
         block[own] = start + np.repeat(cluster, kind)
         start += int(cluster.max()) + 1
-    stage[~solid] = stage.max() + int(solid.any())
+    stage[~solid] = stage.max(initial=0) + int(solid.any())
     for dof in layout.joint_dofs.values():
         block[dof] = start
         start += 1
