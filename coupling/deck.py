@@ -87,8 +87,9 @@ class Options(NamedTuple):
     """How a deck is made.
 
     fineness : of the cells
-    large : geometric nonlinearity; None: in statics and dynamics, not before modes, where Green's
-        strain makes a body that has swollen stiffer by the square of its stretch
+    large : geometric nonlinearity; None: in statics and dynamics, and before modes with loads; not
+        before those of a body that is only heated, since Green's strain makes one that has swollen
+        stiffer by the square of its stretch
     steps : equal increments of a motion in time, or increments that statics begins with
     moment : of the loads in statics, as a load factor, or a time [s]
     preload : whether modes are about equilibrium; otherwise of the body as it is at the start, with
@@ -141,7 +142,8 @@ def deck(scene: Scene, heat: History, options: Options = DEFAULT) -> Deck:
     scene = beams_of(scene)
     d = motion_description(scene)
     if options.large is None:
-        options = options._replace(large=scene.analysis.kind != "modes")
+        bent = bool(scene.load) or scene.gravity is not None
+        options = options._replace(large=scene.analysis.kind != "modes" or bent)
     problems = [*_bodies_refused(d), *refusals(d, bool(options.large)), *_of_scene(scene, d)]
     if problems:
         found = [Problem("", f"not in a CalculiX deck: {p}") for p in problems]
