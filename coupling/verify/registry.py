@@ -15,10 +15,10 @@ GROUPS = {
     ),
 }  # fmt: skip
 """Names under which several areas are solved."""
-AREAS = (*GROUPS["mechanics"], "contact", "heat", "thermoelastic", "coupling")
+AREAS = (*GROUPS["mechanics"], "continuum", "contact", "heat", "thermoelastic", "coupling")
 MODULES = {
     "heat": ("heat", "manufactured", "exchange", "environment", "shock", "thermoelastic_heat"),
-    "coupling": ("coupled",),
+    "coupling": ("coupled", "seizure", "flutter"),
     "contact": ("restitution", "impacts", "play", "friction", "slider_crank"),
 }
 """Modules of the areas that are not one of the same name."""
