@@ -1,5 +1,6 @@
 """Substeps: windows, ladder of step sizes, refusals, reuse of factors, reversal, reasons."""
 
+from contextlib import nullcontext
 from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from mechanics.description import (
     Force,
     Guide,
     Particle,
+    Prismatic,
     Revolute,
     Site,
     Spherical,
@@ -495,6 +497,16 @@ def test_a_solver_is_not_built_from_joints_that_cannot_be():
     with pytest.raises(ValueError, match=r"joint 'twice': .* repeat 'clamp'"):
         Mechanics(description(clamp(), twice), Control())
     Mechanics(description(clamp()), Control())
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_a_drive_jumps_by_parts_of_the_size_of_the_bodies(size):
+    """In units of a thousandth or of a thousand it is the same."""
+    for part, refused in ((1e-8, True), (1e-10, False)):
+        pushed = Prismatic("push", Site("beam", 0), Site(None), X, lambda t, x=part * size: x + t)
+        made = Description([straight(size, 2, SQUARE, ALUMINIUM)], [pushed])
+        with pytest.raises(ValueError, match="must be zero") if refused else nullcontext():
+            Mechanics(made, Control())
 
 
 # ------------------------------------------------------------------------------- the solver
