@@ -178,7 +178,7 @@ def read(model: Any, of: str, at: Moment) -> Array:
             steep = np.linalg.norm(sections[:, 1:], axis=1).max()
             return np.atleast_1d(_average(model, name, sections[:, 0]) if key == "mean" else steep)
         case "part":
-            return np.atleast_1d(at.T[model.pair.heat_solver.regions[name]].mean())
+            return np.atleast_1d(at.T[model.pair.heat_solver.regions[_region(model, name)]].mean())
         case "heat":
             return np.atleast_1d(getattr(at.T, key)())
         case "ledger":
@@ -196,6 +196,13 @@ def _at_probe(model: Any, name: str, key: str, at: Moment) -> Array:
     row = observables.probes(one, model.layout, at.motion, at.sections)[name]
     value = np.atleast_1d(np.asarray(row[column], dtype=float))
     return value if component is None else value[component : component + 1]
+
+
+def _region(model: Any, name: str) -> str:
+    """What the heat calls a part or a solid: the side of the joint that it is, or its name."""
+    thermal = model.scene.thermal
+    table = thermal.part.get(name) or thermal.solid.get(name)
+    return getattr(table, "of", None) or name
 
 
 def _average(model: Any, name: str, T: Array) -> float:
