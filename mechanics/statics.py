@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array, diags_array
 
 from mechanics.descent import downhill
 from mechanics.mechanism import free_motions
@@ -221,15 +222,25 @@ def unbalanced(
     """The unknown that is most out of balance, or None if all are within bounds.
 
     Forces are compared with the largest load or reaction, both times the size of their
-    coordinate, and with what rounding of the coordinates leaves; constraints with their slope.
+    coordinate, and with what rounding of the coordinates leaves; constraints with their slope. On a
+    coordinate without a stiffness of its own, such as that of a reference point, it is left by the
+    multipliers, as those of what they tie.
     """
     n, scale = system.n, system.scale
     matrix = system.pattern.matrix(data)
     slope = abs(matrix[:, :n]) @ np.maximum(scale, np.abs(y[:n]))
     loads = np.abs(system.external(y, t, coef)), np.abs(matrix[:n, n:] @ y[n:])
     largest = max(float(np.max(load * scale, initial=0.0)) for load in loads)
+    slope[:n] += np.where(slope[:n] == 0.0, _passed_on(matrix[n:, :n], slope[:n], scale), 0.0)
     allowed = ROUNDING * slope
     allowed[:n] += BALANCE * largest / scale
     excess = np.abs(residual) / np.maximum(allowed, 1e-300)
     worst = int(np.argmax(excess))
     return worst if not excess[worst] <= 1.0 else None
+
+
+def _passed_on(B: csc_array, forces: Array, scale: Array) -> Array:
+    """(n,) forces by the multipliers that ``forces`` (n,) on what the constraints hold need."""
+    held = abs(B) @ diags_array(scale)
+    squares = np.maximum(held.multiply(held).sum(axis=1), 1e-300)
+    return (held.T @ ((held @ (scale * forces)) / squares)) / scale
