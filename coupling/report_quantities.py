@@ -199,10 +199,12 @@ def _at_probe(model: Any, name: str, key: str, at: Moment) -> Array:
 
 
 def _region(model: Any, name: str) -> str:
-    """What the heat calls a part or a solid: the side of the joint that it is, or its name."""
+    """What the heat calls a part or a solid."""
+    from coupling.heat_descriptions import region_of
+
     thermal = model.scene.thermal
     table = thermal.part.get(name) or thermal.solid.get(name)
-    return getattr(table, "of", None) or name
+    return name if table is None else region_of(name, table)
 
 
 def _average(model: Any, name: str, T: Array) -> float:
