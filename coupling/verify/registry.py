@@ -15,7 +15,7 @@ GROUPS = {
     ),
 }  # fmt: skip
 """Names under which several areas are solved."""
-AREAS = (*GROUPS["mechanics"], "continuum", "continuum", "contact", "heat", "thermoelastic", "coupling")
+AREAS = (*GROUPS["mechanics"], "continuum", "contact", "heat", "thermoelastic", "coupling")
 MODULES = {
     "heat": ("heat", "manufactured", "exchange", "environment", "shock", "thermoelastic_heat"),
     "coupling": ("coupled", "seizure", "flutter"),
