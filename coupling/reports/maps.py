@@ -78,16 +78,17 @@ def draw_map(ax: Any, picture: Map) -> None:
 
     low, high = picture.limits
     done = [s for s in picture.spots if s.outcome == DONE]
+    values = np.clip([s.value for s in done], low, high)
     shades = ax.scatter(
-        [s.x for s in done], [s.y for s in done], 90, np.clip([s.value for s in done], low, high),
-        "s", "viridis_r", LogNorm(low, high),
+        [s.x for s in done], [s.y for s in done], 90, values,
+        marker="s", cmap="viridis_r", norm=LogNorm(low, high),
     )  # fmt: skip
     ax.figure.colorbar(shades, ax=ax, label=picture.value, pad=0.01, fraction=0.05)
     for outcome, (mark, colour) in MARKS.items():
         there = [s for s in picture.spots if s.outcome == outcome]
         if there:
             at = [s.x for s in there], [s.y for s in there]
-            ax.scatter(*at, 45, colour, mark, label=outcome, linewidths=1.5)
+            ax.scatter(*at, 45, colour, marker=mark, label=outcome, linewidths=1.5)
     for curve, colour in zip(picture.curves, ("black", "#CC79A7", "#0072B2"), strict=False):
         ax.plot(curve.x, curve.y, curve.style or "-", color=colour, label=curve.label, lw=1.5)
     _frame(ax, picture)

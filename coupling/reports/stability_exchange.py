@@ -17,8 +17,9 @@ from scipy.optimize import brentq
 from scipy.sparse import csr_array
 
 from coupling.iteration import Iterated
-from coupling.manager import SCHEMES, Coupled, Pair, Result as Exchanged, initial
-from coupling.reports.maps import DONE, GROWS, REFUSED, WRONG, Map, Spot, counted, largest, reasons
+from coupling.manager import SCHEMES, Pair, initial
+from coupling.manager import Result as Exchanged
+from coupling.reports.maps import DONE, GROWS, REFUSED, Map, Spot, counted, largest, reasons
 from coupling.reports.registry import Curve, Result, Row
 from coupling.transfer import Transfer
 from coupling.verify.models import ROOM

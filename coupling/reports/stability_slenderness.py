@@ -1,9 +1,9 @@
 """Slenderness: a cantilever from stout to a hair, in every element that can be one.
 
-Deflection under a force at the end against Timoshenko's, roll-up into half a circle under a moment
-against that circle (of a shell with its stretch), first frequency, and the deflection half a period after a force has come
-suddenly, against the series of modes of the Euler beam: from a length of 20 heights on, shorter
-ones bend by shear and are not measured by it.
+Deflection under a force at the end against Timoshenko's; roll-up into half a circle under a moment
+against that circle (of a shell with its stretch); first frequency; and the deflection half a period
+after a force has come suddenly, against the series of modes of the Euler beam: from a length of 20
+heights on, as shorter ones bend by shear and are not measured by it.
 """
 
 from collections.abc import Callable, Iterator, Sequence
