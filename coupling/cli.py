@@ -549,8 +549,8 @@ def report(
     what: Annotated[
         str,
         typer.Argument(
-            metavar="CASE|ring_truss|contact|heat",
-            help="A case, the ring truss, contact, or heat.",
+            metavar="CASE|MODEL",
+            help="A case, or ring_truss, contact, heat, mechanics, coupling, stability, extremes.",
         ),
     ],
     name: Annotated[
@@ -559,7 +559,9 @@ def report(
             metavar="[NAME]",
             help="work, newton, or a [report.NAME] of the case; of the ring truss also levels, "
             "elements, integrators, exudyn, clearance; of contact extremes, impacts, "
-            "response_amplitude; of heat extremes, shock, speed; without: all of them.",
+            "response_amplitude; of heat extremes, shock, speed; of mechanics and coupling "
+            "extremes; of stability steps, exchange, clearance, slenderness, heating; extremes "
+            "has all catalogues in one table; without: all of them.",
         ),
     ] = None,
     output: Annotated[

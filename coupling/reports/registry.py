@@ -31,12 +31,19 @@ OWN = {
         "shock": "coupling.reports.heat_shock:report",
         "speed": "coupling.reports.heat_speed:report",
     },
+    "mechanics": {"extremes": "coupling.reports.mechanics_extremes:report"},
+    "coupling": {"extremes": "coupling.reports.coupling_extremes:report"},
+    "extremes": {"all": "coupling.reports.extreme_catalogue:report"},
     "stability": {
         "steps": "coupling.reports.stability_steps:report",
         "exchange": "coupling.reports.stability_exchange:report",
         "clearance": "coupling.reports.stability_clearance:report",
         "slenderness": "coupling.reports.stability_slenderness:report",
         "heating": "coupling.reports.stability_heating:report",
+    },
+    "coupling": {
+        "seizure": "coupling.reports.seizure:report",
+        "flutter": "coupling.reports.flutter:report",
     },
     "program": {
         "leaving_out": "coupling.reports.leaving_out:report",
