@@ -35,6 +35,10 @@ LEAST = 1e-6
 """Changes are measured against those of the window, but not less than this part of the temperature,
 or of the heat that was turned over [-]."""
 
+UNSEEN = 1e-9
+"""Of the stored heat: what is released beneath this is measured against it, lest rounding of the
+temperatures, which changes what comes to rest, is taken for disagreement [-]."""
+
 
 class _Given(NamedTuple):
     """The exchanged fields: temperatures (n,) [K] to motion, heat (n,) [J] and more to heat."""
@@ -147,9 +151,8 @@ def _apart(pair: Pair, state: Coupled, now: _Pass, given: _Given) -> _Apart:
     stored = pair.heat_solver.energy(now.T) - pair.heat_solver.energy(state.T)
     turned = abs(stored) + sum(map(abs, now.flows.values()))
     nodal = now.moved.nodal
-    heat = _share(
-        float(np.abs(nodal - given.heat).sum()), float(np.abs(nodal).sum()), LEAST * turned
-    )
+    unseen = max(LEAST * turned, UNSEEN * abs(pair.heat_solver.energy(now.T)))
+    heat = _share(float(np.abs(nodal - given.heat).sum()), float(np.abs(nodal).sum()), unseen)
     fields = [
         _share(_size(value - given.outside[name]), _size(value), LEAST * _size(given.outside[name]))
         for name, value in now.moved.outside.items()
