@@ -23,6 +23,9 @@ from mechanics.kernels import FACTOR, SOLVE, kernel
 LOST = 1e-14
 """A pivot smaller than this part of what its diagonal once was is nothing but round-off [-]."""
 
+STRIP, WIDE = 32, 128
+"""Columns of a strip, and rows of a block that is eliminated by strips [-]."""
+
 SIZE, WIDEST, RECORDS, LAST, PEAK, HEAD = range(6)
 """Start of ``ints``: unknowns, longest row, first and last record, place of peaks in work."""
 
@@ -45,6 +48,31 @@ def _subtract(out, factors, rows, stride, count):
         a = rows[at : at + n]
         for k in range(n):
             out[k] -= p * a[k]
+        j += 1
+
+
+@njit(cache=True, error_model="numpy")
+def _subtract_two(out, other, factors, second, rows, stride, count):
+    """The same for two results of the same rows, which are fetched once for both."""
+    n, j = len(out), 0
+    while j + 4 <= count:
+        p, q, r, s = factors[j], factors[j + 1], factors[j + 2], factors[j + 3]
+        t, u, v, w = second[j], second[j + 1], second[j + 2], second[j + 3]
+        at = j * stride
+        a, b = rows[at : at + n], rows[at + stride : at + stride + n]
+        c = rows[at + 2 * stride : at + 2 * stride + n]
+        d = rows[at + 3 * stride : at + 3 * stride + n]
+        for k in range(n):
+            e, f, g, h = a[k], b[k], c[k], d[k]
+            out[k] -= p * e + q * f + r * g + s * h
+            other[k] -= t * e + u * f + v * g + w * h
+        j += 4
+    while j < count:
+        p, t, at = factors[j], second[j], j * stride
+        a = rows[at : at + n]
+        for k in range(n):
+            out[k] -= p * a[k]
+            other[k] -= t * a[k]
         j += 1
 
 
@@ -106,8 +134,42 @@ def _eliminate(front, n, w, f, inverse, peak):
 
 
 @njit(cache=True, error_model="numpy")
+def _pivoted_wide(front, n, w, inverse, peak, swap):
+    """What ``_pivoted`` does for a wide block, strip by strip of its columns."""
+    for start in range(0, n, STRIP):
+        end = min(start + STRIP, n)
+        for i in range(start, end):
+            best = i
+            for k in range(i + 1, n):
+                if abs(front[k * w + i]) > abs(front[best * w + i]):
+                    best = k
+            swap[i] = best
+            if best != i:
+                for k in range(w):
+                    front[i * w + k], front[best * w + k] = front[best * w + k], front[i * w + k]
+            pivot = front[i * w + i]
+            if not abs(pivot) > LOST * peak[i]:
+                return True
+            inverse[i] = 1.0 / pivot
+            row = front[i * w + i + 1 : i * w + end]
+            for k in range(i + 1, n):
+                f = front[k * w + i] * inverse[i]
+                front[k * w + i] = f
+                below = front[k * w + i + 1 : k * w + end]
+                for c in range(len(row)):
+                    below[c] -= f * row[c]
+        for i in range(start + 1, n):
+            known = front[i * w + start : i * w + end]
+            rest, count = front[i * w + end : i * w + w], min(i, end) - start
+            _subtract(rest, known, front[start * w + end :], w, count)
+    return False
+
+
+@njit(cache=True, error_model="numpy")
 def _pivoted(front, n, w, inverse, peak, swap):
     """LU of a front in place with partial pivoting inside its block; True if a pivot is lost."""
+    if n > WIDE:
+        return _pivoted_wide(front, n, w, inverse, peak, swap)
     for i in range(n):
         best = i
         for k in range(i + 1, n):
@@ -159,12 +221,20 @@ def _pivoted_symmetric(front, lower, n, w, f, inverse, peak, swap):
     return False
 
 
+@njit(cache=True, error_model="numpy")
+def _multipliers(front, lower, n, w, i, below, inverse, f):
+    """Column i of L below a block."""
+    for j in range(n):
+        f[j] = front[j * w + n + i] * inverse[j] if below < 0 else lower[j * (w - n) + i]
+
+
 def factor_symmetric(ints, data, work):
     """LDL^T of a symmetric matrix, of which the upper triangle is read."""
     _load(ints, data, work)
     size, widest, at, peak = ints[SIZE], ints[WIDEST], ints[RECORDS], ints[PEAK]
     spare = peak + 4 * size
     f, values = work[spare : spare + widest], work[spare + widest : spare + 2 * widest]
+    g, more = work[spare + 2 * widest : spare + 3 * widest], work[spare + 3 * widest :]
     while at < len(ints):
         n, r, start, below, first = (
             ints[at + 1], ints[at + 2], ints[at + 3], ints[at + 4], ints[at + 5],
@@ -184,15 +254,26 @@ def factor_symmetric(ints, data, work):
         at += 1
         for _ in range(count):
             rows, base, width = ints[at], ints[at + 1], ints[at + 2]
-            for k in range(rows):
-                for j in range(n):
-                    f[j] = front[j * w + n + i] * inverse[j] if below < 0 else lower[j * r + i]
+            k = 0
+            while k < rows:
+                pair = k + 1 < rows
+                _multipliers(front, lower, n, w, i, below, inverse, f)
                 values[: r - i] = 0.0
-                _subtract(values[: r - i], f, front[n + i :], w, n)
+                if pair:
+                    _multipliers(front, lower, n, w, i + 1, below, inverse, g)
+                    more[: r - i] = 0.0
+                    _subtract_two(values[: r - i], more[: r - i], f, g, front[n + i :], w, n)
+                else:
+                    _subtract(values[: r - i], f, front[n + i :], w, n)
                 row = base + k * width
                 _note(work, peak + ints[at + 4] + k, row + k)
                 _spread(ints, at + 6, ints[at + 5], k, values, work[row : row + width])
-                i += 1
+                if pair:
+                    k, row = k + 1, row + width
+                    _note(work, peak + ints[at + 4] + k, row + k)
+                    _spread(ints, at + 6, ints[at + 5], k, more[1:], work[row : row + width])
+                    i += 1
+                i, k = i + 1, k + 1
             at += 6 + 2 * ints[at + 5]
     return 0
 

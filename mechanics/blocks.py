@@ -205,7 +205,7 @@ def lay_out(pattern: Pattern, blocks: Blocks, symmetric: bool) -> tuple[Indices,
     head = np.zeros(HEAD, np.int64)
     head[[SIZE, WIDEST, RECORDS, LAST, PEAK]] = size, widest, start, last, fronts.end
     ints = np.concatenate([head, np.concatenate(blocks.members), packed, records])
-    return ints.astype(np.int64), fronts.end + 4 * size + 2 * widest
+    return ints.astype(np.int64), fronts.end + 4 * size + 4 * widest
 
 
 class _Fronts:

@@ -170,7 +170,7 @@ def test_a_group_is_its_areas():
     mechanics = problems("mechanics")
     assert {p.area for p in mechanics} == set(GROUPS["mechanics"])
     assert {p.area for p in problems()} - {p.area for p in mechanics} == {
-        "contact", "heat", "thermoelastic", "coupling"
+        "continuum", "contact", "heat", "thermoelastic", "coupling"
     }  # fmt: skip
 
 
