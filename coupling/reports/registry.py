@@ -32,7 +32,6 @@ OWN = {
         "speed": "coupling.reports.heat_speed:report",
     },
     "mechanics": {"extremes": "coupling.reports.mechanics_extremes:report"},
-    "coupling": {"extremes": "coupling.reports.coupling_extremes:report"},
     "extremes": {"all": "coupling.reports.extreme_catalogue:report"},
     "stability": {
         "steps": "coupling.reports.stability_steps:report",
@@ -42,6 +41,7 @@ OWN = {
         "heating": "coupling.reports.stability_heating:report",
     },
     "coupling": {
+        "extremes": "coupling.reports.coupling_extremes:report",
         "seizure": "coupling.reports.seizure:report",
         "flutter": "coupling.reports.flutter:report",
     },
