@@ -550,7 +550,8 @@ def report(
         str,
         typer.Argument(
             metavar="CASE|MODEL",
-            help="A case, or ring_truss, contact, heat, mechanics, coupling, stability, extremes.",
+            help="A case, or ring_truss, contact, heat, mechanics, coupling, stability, extremes, "
+            "program.",
         ),
     ],
     name: Annotated[
@@ -559,8 +560,8 @@ def report(
             metavar="[NAME]",
             help="work, newton, or a [report.NAME] of the case; of the ring truss also levels, "
             "elements, integrators, exudyn, clearance; of contact extremes, impacts, "
-            "response_amplitude; of heat extremes, shock, speed; of mechanics and coupling "
-            "extremes; of stability steps, exchange, clearance, slenderness, heating; extremes "
+            "response_amplitude; of heat extremes, shock, speed; of mechanics extremes; "
+            "of coupling extremes, seizure, flutter; of program leaving_out; of stability steps, exchange, clearance, slenderness, heating; extremes "
             "has all catalogues in one table; without: all of them.",
         ),
     ] = None,
