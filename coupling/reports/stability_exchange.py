@@ -62,7 +62,7 @@ def report() -> Iterator[Result]:
 
 # -- a linear pair ------------------------------------------------------------------------------
 
-REGIONS = {"cup": np.array([0])}
+REGIONS: Mapping[str, NDArray[np.intp]] = {"cup": np.arange(1)}
 
 
 class _Cup:
@@ -122,8 +122,7 @@ def radius(scheme: str, h: float, strength: float) -> float:
     elif scheme == "parallel":  # T, Q/h, T of the window before
         matrix = [[e, b, 0.0], [-3.0 * S, 0.0, S], [1.0, 0.0, 0.0]]
     elif scheme == "corrected":  # T, Q/h: the guess, then heat again
-        row = np.array([-S * (1.0 + e), -S * b])
-        matrix = [np.array([e, 0.0]) + b * row, row]
+        matrix = [[e - b * S * (1.0 + e), -S * b * b], [-S * (1.0 + e), -S * b]]
     else:
         factor = iterates(scheme, h, strength)
         return float("inf") if factor >= 1.0 else abs((e - b * S) / (1.0 + b * S))

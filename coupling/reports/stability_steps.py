@@ -17,7 +17,7 @@ from coupling.reports.maps import DONE, GROWS, REFUSED, Map, Spot, counted, larg
 from coupling.reports.registry import Curve, Picture, Result, Row
 from coupling.reports.travel import Travel, travel
 from coupling.verify.models import Model, elastic, model, straight
-from mechanics.description import Guide, Particle, Revolute, Site, Spring
+from mechanics.description import Guide, Joint, Particle, Revolute, Site, Spring
 from mechanics.dynamics import Control
 from mechanics.schemes import FORMULATIONS, SCHEMES, Scheme
 from meshes.sections import rectangle
@@ -85,7 +85,8 @@ def oscillators(
 def spring(k: float, speed: float) -> Model:
     """A ball on a spring and a guide along x."""
     ball = Particle("ball", X, MASS, speed * X)
-    joints = [Guide("guide", Site("ball"), np.array([Y, Z])),
+    joints: list[Joint] = [
+              Guide("guide", Site("ball"), np.array([Y, Z])),
               Spring("spring", Site("ball"), Site(None), k)]  # fmt: skip
     return model(ball, joints)
 
