@@ -4,7 +4,8 @@ Newton's matrix takes the stress in the geometric stiffness from the linear pred
 step before (``mechanics.prediction``). Its steps are taken in full, but for a limit on their
 length: shortened ones do worse with large rotations. A load step that does not converge is
 halved. Where that does not help, as beyond a limit load, a line search leads downhill to the
-next stable equilibrium (``mechanics.descent``): the structure snaps.
+next stable equilibrium (``mechanics.descent``): the structure snaps. So does what is loose until
+contacts hold it, as a pin in a bore.
 """
 
 from collections.abc import Callable
