@@ -561,7 +561,8 @@ def report(
             help="work, newton, or a [report.NAME] of the case; of the ring truss also levels, "
             "elements, integrators, exudyn, clearance; of contact extremes, impacts, "
             "response_amplitude; of heat extremes, shock, speed; of mechanics extremes; "
-            "of coupling extremes, seizure, flutter; of program leaving_out; of stability steps, exchange, clearance, slenderness, heating; extremes "
+            "of coupling extremes, seizure, flutter; of program leaving_out; of "
+            "stability steps, exchange, clearance, slenderness, heating; extremes "
             "has all catalogues in one table; without: all of them.",
         ),
     ] = None,
