@@ -204,7 +204,7 @@ def _draw_section(ax: Any, result: Comparison) -> None:
         ax.plot(*(1e3 * rim.T), mark, color=colour, ms=5 if mark == "o" else 3, mfc="none")
     ax.margins(0.1)
     ax.set_aspect("equal")
-    ax.set_title(f"section at {name}, strains x {factor:g}")
+    ax.set_title(f"section at {name}, strains × {factor:.0e}")
     ax.set_xlabel("along e2 [mm]")
     ax.set_ylabel("along e3 [mm]")
 
