@@ -31,6 +31,10 @@ SLOW = {  # more than 5 s, some of them by CalculiX
     "heat: NAFEMS T2, radiating end",
     "heat: NAFEMS T3, transient conduction",
     "heat: shocks with steps by tolerance",
+    "coupling: friction that feeds itself: speed of seizure",
+    "coupling: friction that feeds itself: course",
+    "coupling: thermal flutter: rate of growth",
+    "coupling: thermal flutter: critical damping",
 }
 
 
