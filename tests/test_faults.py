@@ -191,7 +191,10 @@ def is_under_way(folder, before):
     written, head = stamp(folder), len(journal.FIRST) + 17
     if written in (None, before):
         return False
-    found = [file.stat() for file in folder.glob("*/journal")]
+    try:
+        found = [file.stat() for file in folder.glob("*/journal")]
+    except FileNotFoundError:  # removed a moment ago
+        return False
     return any(each.st_size > head and each.st_mtime_ns > written for each in found)
 
 
