@@ -61,7 +61,7 @@ def case_course(*settings):
 
 
 def test_the_shipped_case_is_that_of_the_formula_and_iterates_in_long_windows():
-    t, rises = case_course("time.end='240 s'")
+    t, rises = case_course("time.end='240 s'", "time.window='20 s'")
     assert len(t) == 12  # none was halved
     # after the bush has settled; that windows of 20 s do not resolve
     assert_allclose(rises[6:], SLOW.course(t)[6:], atol=0.15)
