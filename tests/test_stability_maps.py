@@ -247,4 +247,4 @@ def test_whole_maps(name):
             explicit = row[0] in ("serial", "parallel", "corrected")
             assert found.get("grows", 0) == 0 or explicit
             assert found.get("wrong", 0) == 0 or row[0] == "hermite"
-            assert found.get("against theory", 0) == 0 or result.name == "stability_friction"
+            assert found.get("against theory", 0) == 0

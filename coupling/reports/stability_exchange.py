@@ -48,7 +48,7 @@ BOUND = 1e12
 """What a deviation that grows is stopped at, in that of the start [-]."""
 SETTLED = 1e-4
 """Deviation at which it has settled, in that of the start [-]."""
-REMAINS = 0.3
+REMAINS = 0.05
 """Deviation in the last windows of a run with friction that counts as not settled [-]."""
 NEAR = 0.06
 """Of a border, relative: what grows by less in a window may not show yet."""
@@ -200,7 +200,7 @@ def _further(left: Array) -> bool:
 
 def _remains(left: Array) -> bool:
     """Whether it has not come down: friction cannot be negative, so that what would grow swings."""
-    return left[-4:].max() > REMAINS
+    return left[-8:].max() > REMAINS
 
 
 def agrees(scheme: str, spot: Spot) -> bool:
@@ -246,7 +246,7 @@ CAPACITY = 2.0 * LUMP * 500.0  # [J/K]
 RUBBED = ("serial", "parallel", "corrected", "iterated, none", "iterated, quasi-newton")
 RUBBING_WINDOWS = (0.1, 0.3, 1.0, 3.0)
 RUBBING_STRENGTHS = (0.3, 1.0, 3.0, 10.0)
-RUBBING_COUNT = 24
+RUBBING_COUNT = 36
 
 
 class Rest(NamedTuple):
