@@ -241,7 +241,7 @@ def found_ratio(boom: Boom, scheme: str, window: float, end: float = 600.0) -> f
 
     The rate falls linearly with damping, so that two runs enclose and interpolate.
     """
-    ratios = np.array([0.6, 1.6]) * boom.critical_ratio
+    ratios = np.array([0.6, 2.2]) * boom.critical_ratio
     rates = []
     for ratio in ratios:
         one = replace(boom, damping=2.0 * float(ratio) / boom.frequency)
