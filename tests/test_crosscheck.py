@@ -20,8 +20,8 @@ from coupling.errors import BadCase
 
 ROOT = Path(__file__).parent.parent
 CASES = (
-    "heated_boom", "heated_tube", "bent_cantilever", "boley_cantilever", "elastica", "pressed_hinge",
-    "single_hinge",
+    "heated_boom", "heated_tube", "bent_cantilever", "boley_cantilever", "elastica",
+    "pressed_hinge", "single_hinge",
 )  # fmt: skip
 L, H, ALPHA, RHO, E = 0.5, 0.02, 2e-5, 2700.0, 7e10
 RISE, DIFFERENCE = 50.0, 40.0
