@@ -398,5 +398,6 @@ def test_what_does_not_fit_is_refused_with_all_that_is_wrong():
 def test_every_flexible_family_was_tried():
     """A new family must be added above."""
     tried = {"beam3243", "beam3333", "cable", "shell48", "shell24", "shell3443"}
-    unlit = {"rigid", "particle", "reference", "hexahedron20", "hexahedron27"}  # refused, or no face
+    # refused, or without a face
+    unlit = {"rigid", "particle", "reference", "hexahedron20", "hexahedron27"}
     assert {name.partition("-")[0] for name in FAMILIES} - unlit == tried
