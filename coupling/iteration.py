@@ -87,7 +87,7 @@ class Iterated:
         given = _guess(pair, state, t, h)
         columns = state.exchange.columns.for_window(h, self.reused, len(state.T))
         acceleration = KINDS[self.acceleration](self.factor, columns)
-        expected, apart = given.T, _Apart(np.inf, np.inf)
+        expected, apart, count = given.T, _Apart(np.inf, np.inf), 0
         for count in range(1, self.most + 1):
             rows = Rows()
             now, why = _pass(pair, state, t, h, given.T, rows)
@@ -102,14 +102,14 @@ class Iterated:
             if not np.all(np.isfinite(T)):
                 break
             given = _Given(T, now.moved.nodal, now.moved.outside)
-        return None, self._reason(apart)
+        return None, self._reason(apart, count)
 
     def _agree(self, apart: _Apart) -> bool:
         return apart.temperature <= self.temperature_tolerance and apart.heat <= self.heat_tolerance
 
-    def _reason(self, apart: _Apart) -> str:
+    def _reason(self, apart: _Apart, count: int) -> str:
         return (
-            f"heat and motion do not agree after {self.most} iterations: temperatures still "
+            f"heat and motion do not agree after {count} iterations: temperatures still "
             f"change by {apart.temperature:.2g} of what they change in the window "
             f"(temperature_tolerance {self.temperature_tolerance:g}), heat by {apart.heat:.2g} "
             f"(heat_tolerance {self.heat_tolerance:g})"
