@@ -49,8 +49,8 @@ def _cases(cases: Path) -> Result:
     notes = [
         f"The program has {modules} modules and {functions} functions that can become machine "
         "code. Compiled once per machine, then taken from disk.",
-        f"Ready: imported, read, built, and {WINDOWS} coupling windows done. Allocated: the most "
-        "that Python and numpy held at once.",
+        f"Ready: imported, read, built, and {WINDOWS} coupling windows done, or statics or modes. "
+        "Allocated: the most that Python and numpy held at once.",
         f"Libraries that a case may leave out: {', '.join(HEAVY)}.",
     ]
     bars = [

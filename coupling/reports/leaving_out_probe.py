@@ -1,6 +1,7 @@
 """What a case imports, compiles and allocates: a program of its own, for ``leaving_out``.
 
-It reads and builds a case, takes a few coupling windows, and prints what that took as JSON.
+It reads and builds a case, takes a few coupling windows or solves its equilibrium, and prints what
+that took as JSON.
 """
 
 import gc
@@ -48,17 +49,31 @@ def used_kernels() -> int:
 
 
 def take(case: str) -> None:
-    """Read, build and step a case."""
+    """Read and build a case, and step it, or do what its analysis is."""
+    from coupling import casefile
+
+    scene = casefile.read(case)
+    if scene.analysis.kind != "dynamics":
+        _analysed(scene)
+        return
     from itertools import islice
 
-    from coupling import casefile
     from coupling.model import build
     from coupling.simulation import windows
 
-    scene = casefile.read(case)
     model = build(scene)
     for _ in islice(windows(model, model.initial()), WINDOWS):
         pass
+
+
+def _analysed(scene: Any) -> None:
+    from pathlib import Path
+    from tempfile import TemporaryDirectory
+
+    from coupling import analyses
+
+    with TemporaryDirectory() as folder:
+        analyses.run(scene, Path(folder), None)
 
 
 def main(case: str, traced: bool) -> None:
