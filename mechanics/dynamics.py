@@ -296,6 +296,7 @@ def advance(
     while True:
         w = _memory(system, control, window, carried, latched, full)
         how, count, worst = march.march(window.packed or system.packed, w)
+        kernels.raise_interrupt()
         if system.contacts and (why := _outside(system, window, w, count)):
             return state, carried.lost, why
         if observe is not None and count:

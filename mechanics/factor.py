@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from mechanics import block_kernels, blocks, libraries, signs
 from mechanics.assembly import Pattern
-from mechanics.kernels import FACTOR, SOLVE, callback, factor_at, kernel, outside_at, solve_at
+from mechanics.kernels import (
+    FACTOR,
+    SOLVE,
+    callback,
+    factor_at,
+    kernel,
+    outside_at,
+    raise_interrupt,
+    solve_at,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -47,6 +56,7 @@ class Solver(NamedTuple):
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
         data = np.array(data, float)
         work = self._factors(data)
+        raise_interrupt()
         if work is None:
             return None
         if self.library is not None and work[0] != 0.0:

@@ -68,10 +68,34 @@ _KEPT: list[Any] = []
 
 
 def callback(function: Callable[..., Any], *kinds: Any, returns: Any = None) -> int:
-    """Address under which compiled code can call a Python function of ctypes ``kinds``."""
-    made = ctypes.CFUNCTYPE(returns, *kinds)(function)
+    """Address under which compiled code can call a Python function of ctypes ``kinds``.
+
+    Nothing can be raised through compiled code. An interrupt, which reaches Python here when the
+    compiled code is at work, waits for ``raise_interrupt``; until then the function returns 1.
+    """
+
+    def guarded(*values: Any) -> Any:
+        try:
+            return function(*values)
+        except KeyboardInterrupt as interrupt:
+            INTERRUPTS.append(interrupt)
+            return None if returns is None else 1
+
+    made = ctypes.CFUNCTYPE(returns, *kinds)(guarded)
     _KEPT.append(made)
     return int(ctypes.cast(made, ctypes.c_void_p).value or 0)
+
+
+INTERRUPTS: list[KeyboardInterrupt] = []
+"""Those that arrived while compiled code was at work, and are still to be raised."""
+
+
+def raise_interrupt() -> None:
+    """Raise what has arrived; to be called when compiled code has returned."""
+    if INTERRUPTS:
+        interrupt = INTERRUPTS[0]
+        INTERRUPTS.clear()
+        raise interrupt
 
 
 def at(signature: Any) -> Any:

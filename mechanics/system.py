@@ -34,7 +34,7 @@ from mechanics.description import (
     TorsionSpring,
 )
 from mechanics.elements import FAMILIES
-from mechanics.kernels import callback
+from mechanics.kernels import INTERRUPTS, callback
 from mechanics.layout import Layout
 
 Array = NDArray[np.float64]
@@ -482,12 +482,17 @@ def _value(history: History, t: float) -> float:
 
 
 def _signals(histories: Sequence[tuple[int, History]]) -> int:
-    """Address of what writes the functions of time; a failing one writes a NaN."""
+    """Address of what writes the functions of time; a failing one writes a NaN.
+
+    So do all once an interrupt waits, which ends the march.
+    """
 
     def write(t: float, address: int) -> None:
         values = (ctypes.c_double * len(histories)).from_address(address)
-        for i, (_, history) in enumerate(histories):
-            values[i] = _value(history, t)
+        values[:] = [np.nan] * len(histories)
+        if INTERRUPTS:
+            return
+        values[:] = [_value(history, t) for _, history in histories]
 
     return callback(write, ctypes.c_double, ctypes.c_int64) if histories else 0
 
