@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from coupling import casefile, simulation
-from coupling.cli import main
+from coupling.cli import app
 from coupling.continuum import solids
 from coupling.continuum_transfer import from_mesh
 from coupling.errors import BadCase
@@ -227,7 +228,9 @@ def test_shipped_cases_run_as_a_continuum_from_the_command_line(case, end, tmp_p
     folder = shutil.copytree(CASES / case, tmp_path / case)
     chosen = [*COARSE, f"time.end={end}", "output.export=[]"]
     arguments = [a for setting in chosen for a in ("--set", setting)]
-    assert main(["run", str(folder), "--output", str(tmp_path / "out"), *arguments]) == 0
+    command = ["run", str(folder), "--output", str(tmp_path / "out"), *arguments]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
     with (tmp_path / "out" / "001" / "probes.csv").open() as file:
         last = list(csv.DictReader(file))[-1]
     assert float(last["tip.x [m]"]) == pytest.approx(63.5, abs=0.01)
