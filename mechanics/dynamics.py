@@ -295,8 +295,8 @@ def advance(
     carried, latched = _carried(system, state), state.latched.copy()
     while True:
         w = _memory(system, control, window, carried, latched, full)
-        how, count, worst = march.march(window.packed or system.packed, w)
-        kernels.raise_interrupt()
+        packed = window.packed or system.packed
+        how, count, worst = kernels.uninterrupted(march.march, packed, w)
         if system.contacts and (why := _outside(system, window, w, count)):
             return state, carried.lost, why
         if observe is not None and count:

@@ -23,8 +23,8 @@ from mechanics.kernels import (
     factor_at,
     kernel,
     outside_at,
-    raise_interrupt,
     solve_at,
+    uninterrupted,
 )
 
 Array = NDArray[np.float64]
@@ -55,8 +55,7 @@ class Solver(NamedTuple):
     def factorise(self, data: Array) -> Solve | None:
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
         data = np.array(data, float)
-        work = self._factors(data)
-        raise_interrupt()
+        work = uninterrupted(self._factors, data)
         if work is None:
             return None
         if self.library is not None and work[0] != 0.0:

@@ -10,6 +10,8 @@ v = (dq/dt, 0) of the same length.
 """
 
 import ctypes
+import signal
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -68,34 +70,33 @@ _KEPT: list[Any] = []
 
 
 def callback(function: Callable[..., Any], *kinds: Any, returns: Any = None) -> int:
-    """Address under which compiled code can call a Python function of ctypes ``kinds``.
-
-    Nothing can be raised through compiled code. An interrupt, which reaches Python here when the
-    compiled code is at work, waits for ``raise_interrupt``; until then the function returns 1.
-    """
-
-    def guarded(*values: Any) -> Any:
-        try:
-            return function(*values)
-        except KeyboardInterrupt as interrupt:
-            INTERRUPTS.append(interrupt)
-            return None if returns is None else 1
-
-    made = ctypes.CFUNCTYPE(returns, *kinds)(guarded)
+    """Address under which compiled code can call a Python function of ctypes ``kinds``."""
+    made = ctypes.CFUNCTYPE(returns, *kinds)(function)
     _KEPT.append(made)
     return int(ctypes.cast(made, ctypes.c_void_p).value or 0)
 
 
-INTERRUPTS: list[KeyboardInterrupt] = []
-"""Those that arrived while compiled code was at work, and are still to be raised."""
+INTERRUPTS: list[int] = []
+"""Signals of interrupts that arrived while compiled code was at work."""
 
 
-def raise_interrupt() -> None:
-    """Raise what has arrived; to be called when compiled code has returned."""
-    if INTERRUPTS:
-        interrupt = INTERRUPTS[0]
-        INTERRUPTS.clear()
-        raise interrupt
+def uninterrupted(work: Callable[..., Any], *arguments: Any) -> Any:
+    """Result of compiled code that calls Python functions; an interrupt waits until it returns.
+
+    Python would raise it at the beginning of such a function, from which nothing can be raised
+    through compiled code: the interrupt would be lost, and what the function should have written.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if not callable(before) or threading.current_thread() is not threading.main_thread():
+        return work(*arguments)
+    signal.signal(signal.SIGINT, lambda number, _: INTERRUPTS.append(number))
+    try:
+        return work(*arguments)
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if INTERRUPTS:
+            INTERRUPTS.clear()
+            signal.raise_signal(signal.SIGINT)
 
 
 def at(signature: Any) -> Any:

@@ -1,5 +1,7 @@
 """Ctrl-C reaches Python while compiled code is at work: nothing may swallow it."""
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -27,7 +29,7 @@ def test_in_a_function_of_time() -> None:
     def amplitude(t: float) -> float:
         calls.append(t)
         if len(calls) == 20:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
         return float(np.sin(t))
 
     solver = pulled(amplitude)
@@ -51,7 +53,7 @@ def test_in_a_library_that_factorises(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*things):
         calls.append(1)
         if len(calls) == 3:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
         return splu(*things)
 
     monkeypatch.setattr(libraries, "splu", interrupted)
