@@ -23,6 +23,7 @@ from coupling.overrides import Override
 from coupling.references import check
 from coupling.scene import ROOM_TEMPERATURE, Scene
 from coupling.site_tables import GROUND
+from coupling.variant_tables import chosen
 
 FILE_NAME = "case.toml"
 LARGEST_FILE = 10_000_000  # [bytes]
@@ -32,17 +33,24 @@ _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _POSITION = re.compile(r"(.*) \(at (?:(line \d+, column \d+)|end of document)\)", re.DOTALL)
 
 
-def read(case: Path | str, settings: Iterable[str] = ()) -> Scene:
+def read(
+    case: Path | str, settings: Iterable[str] = (), variants: Iterable[str] = ()
+) -> Scene:  # fmt: skip
     """The scene of a case folder or TOML file, with ``settings`` such as ``time.end=20 s``.
+
+    Parameters
+    ----------
+    variants : names of [variant.NAME], whose changes come before the settings
 
     Raises
     ------
     BadCase : with everything that is wrong with the case
     """
-    made = changes.parse(settings)
+    given = changes.parse(settings)
     file = _file(Path(case))
     text = _text(file)
-    return from_text(text, file.parent, made, file.name)
+    made = chosen(_parsed(text, file.name), variants, file.name)
+    return from_text(text, file.parent, [*made, *given], file.name)
 
 
 def from_text(

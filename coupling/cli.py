@@ -57,6 +57,14 @@ SetOption = Annotated[
         help="Change an entry of the case, such as time.end='20 s'. May be repeated.",
     ),
 ]
+VariantOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--variant",
+        metavar="NAME",
+        help="Take the changes of a [variant.NAME] of the case, before --set. May be repeated.",
+    ),
+]
 
 
 class Format(StrEnum):
@@ -125,6 +133,7 @@ def _options(
 def run(
     case: CaseArgument,
     settings: SetOption = None,
+    variants: VariantOption = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the newest run of the case.")
     ] = False,
@@ -148,7 +157,7 @@ def run(
     with _answering():
         from coupling import casefile
 
-        scene = casefile.read(case, settings or ())
+        scene = casefile.read(case, settings or (), variants or ())
         parent = output or scene.folder / "results"
         _check_writable(parent)
         _run(scene, parent, resume)
@@ -233,14 +242,14 @@ def _tell(out: Console, files: list[Path]) -> None:
 
 
 @app.command(epilog="Example:  thermobody check cases/arm_rotation --set thermal.solver=lumped")
-def check(case: CaseArgument, settings: SetOption = None) -> None:
+def check(case: CaseArgument, settings: SetOption = None, variants: VariantOption = None) -> None:
     """Read and build a case without running it.
 
     Says everything that is wrong with it at once, each with its place in the file and what was
     expected there.
     """
     with _answering():
-        scene, _ = _built(case, settings)
+        scene, _ = _built(case, settings, variants)
         counts = {"body": len(scene.body), "joint": len(scene.joint), "load": len(scene.load)}
         parts = [_count(n, word) for word, n in counts.items()]
         parts.append("heat by " + scene.thermal.solver if scene.thermal else "no heat")
@@ -248,11 +257,13 @@ def check(case: CaseArgument, settings: SetOption = None) -> None:
         _out().print(f"{case}: ok: {', '.join(parts)}", markup=False)
 
 
-def _built(case: Path, settings: list[str] | None) -> "tuple[Scene, Model]":
+def _built(
+    case: Path, settings: list[str] | None, variants: list[str] | None
+) -> "tuple[Scene, Model]":
     """The scene of a case and the model built from it."""
     from coupling import casefile
 
-    scene = casefile.read(case, settings or ())
+    scene = casefile.read(case, settings or (), variants or ())
     from coupling.model import build
 
     return scene, build(scene)
@@ -264,10 +275,10 @@ def _count(n: int, word: str) -> str:
 
 
 @app.command(epilog="Example:  thermobody plan cases/arm_rotation")
-def plan(case: CaseArgument, settings: SetOption = None) -> None:
+def plan(case: CaseArgument, settings: SetOption = None, variants: VariantOption = None) -> None:
     """Show what a run would compute, and what it leaves out and why."""
     with _answering():
-        _, model = _built(case, settings)
+        _, model = _built(case, settings, variants)
         _out().print(str(model).rstrip(), markup=False)
 
 
@@ -302,6 +313,7 @@ def participant(
         ),
     ],
     settings: SetOption = None,
+    variants: VariantOption = None,
 ) -> None:
     """Compute the heat of a case for a run in another process.
 
@@ -312,7 +324,7 @@ def participant(
     with _answering():
         from coupling import wire
 
-        scene, model = _built(case, settings)
+        scene, model = _built(case, settings, variants)
         _serve(wire, scene, model, listen)
 
 
@@ -353,6 +365,7 @@ def export(
     ] = False,
     linear: Annotated[bool, typer.Option("--linear", help="Of a deck: small rotations.")] = False,
     settings: SetOption = None,
+    variants: VariantOption = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", metavar="FILE", help="Of a deck; default: results/deck.inp."),
@@ -365,7 +378,7 @@ def export(
     """
     if deck:
         with _answering():
-            _export_deck(result, settings, output, linear)
+            _export_deck(result, settings, variants, output, linear)
         return
     with _answering(), _reading(result):
         file = _results(result)
@@ -374,10 +387,16 @@ def export(
         _tell(_out(), write(file, format.value))
 
 
-def _export_deck(case: Path, settings: list[str] | None, output: Path | None, linear: bool) -> None:
+def _export_deck(
+    case: Path,
+    settings: list[str] | None,
+    variants: list[str] | None,
+    output: Path | None,
+    linear: bool,
+) -> None:
     from coupling import casefile
 
-    scene = casefile.read(case, settings or ())
+    scene = casefile.read(case, settings or (), variants or ())
     from coupling.deck_export import NAME, export_deck
 
     file = output or scene.folder / "results" / NAME
@@ -467,6 +486,7 @@ def verify(
 def compare_thermal(
     case: CaseArgument,
     settings: SetOption = None,
+    variants: VariantOption = None,
     solvers: Annotated[
         str | None,
         typer.Option(metavar="NAME,NAME", help="Thermal solvers; without: all there are."),
@@ -495,7 +515,7 @@ def compare_thermal(
         from coupling import casefile
         from coupling.compare_heat import compare_thermal as compare
 
-        scene = casefile.read(case, settings or ())
+        scene = casefile.read(case, settings or (), variants or ())
         folder = output or scene.folder / "results"
         _check_writable(folder)
         chosen = None if solvers is None else [name.strip() for name in solvers.split(",")]
@@ -506,6 +526,7 @@ def compare_thermal(
 def crosscheck(
     case: CaseArgument,
     settings: SetOption = None,
+    variants: VariantOption = None,
     participants: Annotated[
         str | None,
         typer.Option(
@@ -531,7 +552,7 @@ def crosscheck(
         from coupling import casefile
         from coupling.crosscheck.command import crosscheck as compare
 
-        scene = casefile.read(case, settings or ())
+        scene = casefile.read(case, settings or (), variants or ())
         folder = output or scene.folder / "results" / "crosscheck"
         _check_writable(folder)
         chosen = None
@@ -578,6 +599,7 @@ def report(
         ),
     ] = False,
     settings: SetOption = None,
+    variants: VariantOption = None,
     error: Annotated[
         float | None,
         typer.Option(
@@ -597,7 +619,9 @@ def report(
         from coupling.report import report as make
 
         _check_writable(output)
-        _tell(_out(), make(what, name, output, _out(), large, settings or (), error))
+        _tell(
+            _out(), make(what, name, output, _out(), large, settings or (), error, variants or ())
+        )
 
 
 if __name__ == "__main__":

@@ -12,6 +12,10 @@ _PATH = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+|\[\d+\])*")
 _STEP = re.compile(r"[A-Za-z0-9_-]+|\[\d+\]")
 
 
+ABSENT = object()
+"""Value of an override that takes an entry away."""
+
+
 class Override(NamedTuple):
     """The text as given, its path, the path's keys and array indices, the value to put there."""
 
@@ -49,6 +53,11 @@ def override(path: str, value: Any) -> Override:
     return Override(f"{path}={literal(value)}", path, _steps(path), value)
 
 
+def removal(path: str) -> Override:
+    """What takes an entry or a table away. Raises ValueError where the path is none."""
+    return override(path, 0)._replace(text=f"without {path}", value=ABSENT)
+
+
 def _steps(path: str) -> tuple[str | int, ...]:
     steps = _STEP.findall(path)
     return tuple(int(step[1:-1]) if step.startswith("[") else step for step in steps)
@@ -74,6 +83,9 @@ def apply(case: dict[str, Any], overrides: Iterable[Override]) -> list[Problem]:
 
 
 def _put(case: dict[str, Any], override: Override) -> None:
+    if override.value is ABSENT:
+        _take_away(case, override)
+        return
     *way, last = override.steps
     place: Any = case
     for step in way:
@@ -86,6 +98,16 @@ def _put(case: dict[str, Any], override: Override) -> None:
     else:
         _item(place, last)
         place[last] = override.value
+
+
+def _take_away(case: dict[str, Any], override: Override) -> None:
+    *way, last = override.steps
+    place: Any = case
+    for step in way:
+        place = place.get(step) if isinstance(place, dict) else None
+    if not isinstance(place, dict) or last not in place:
+        raise ValueError("is not there to be taken away")
+    del place[last]
 
 
 def _item(place: Any, step: str | int) -> Any:

@@ -29,6 +29,7 @@ def report(
     large: bool = False,
     settings: Sequence[str] = (),
     wanted: float | None = None,
+    variants: Sequence[str] = (),
 ) -> list[Path]:
     """Make the reports of a case, or of a model of the program's own; the files that were written.
 
@@ -39,6 +40,7 @@ def report(
     large : sizes that take minutes too
     settings : changed entries of the case, such as ``time.end=20 s``
     wanted : error under which the cheapest setting is sought; None: as the case says
+    variants : names of [variant.NAME] of the case, whose changes come before the settings
 
     Raises
     ------
@@ -51,7 +53,7 @@ def report(
 
         if not Path(what).exists():
             _chosen(what, name, ())
-        made = _of_case(read(what, settings), what, name, out, wanted)
+        made = _of_case(read(what, settings, variants), what, name, out, wanted)
     return [file for result in made for file in publish(result, folder, out)]
 
 
