@@ -177,7 +177,8 @@ def _telescope(draft: Draft, joint: Telescope, where: str) -> Iterator[Problem]:
         inner, outer = (draft.points[name] for name in (joint.inner, joint.outer))
         mouth, other = (outer[0], outer[-1])[:: 1 if joint.mouth == "start" else -1]
         away, reach = _distance(mouth, inner), joint.radius + joint.clearance
-        if away > reach:
+        stowed = max(_distance(inner[i], outer) for i in (0, -1)) <= reach
+        if away > reach and not stowed:  # else the whole tube is inside, and not at the mouth yet
             fits = _distance(other, inner) <= reach
             hint = "; did you mean the other end?" if fits else ""
             text = f"is {away:g} m away from the axis of '{joint.inner}', more than the radius"
