@@ -256,6 +256,8 @@ def _of_two_sides(
             return motion.Cylindrical(name, a, b, np.array(table.axis), table.angle, table.travel)
         case joint_tables.Prismatic():
             return motion.Prismatic(name, a, b, np.array(table.axis), table.travel)
+        case joint_tables.AxialDrive():
+            return motion.AxialDrive(name, a, b, np.array(table.axis), table.travel)
         case joint_tables.Planar():
             return motion.Planar(name, a, b, np.array(table.normal))
         case joint_tables.Spring():

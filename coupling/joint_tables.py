@@ -87,6 +87,18 @@ class Planar(Table):
     normal: Direction = Field(description=AXIS)
 
 
+class AxialDrive(Table):
+    """Drives a point along an axis of the other side, like a lead screw; all else stays free."""
+
+    kind: Literal["axial_drive"]
+    a: Site = Field(description="the point, {body = ..., at = ...}")
+    b: OnGround = Field(description="section with which the axis turns; default: the ground")
+    axis: Direction = Field(description=AXIS)
+    travel: LengthHistory | None = Field(
+        default=None, description="way along the axis since the start; absent: it stays"
+    )
+
+
 class Distance(Table):
     """Keeps the distance between two points, or changes it as given."""
 
@@ -174,6 +186,6 @@ class Latch(Table):
 
 Joint = (
     Clamp | Spherical | Revolute | Universal | Cylindrical | Prismatic | Planar | Distance | Guide
-    | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
+    | Fixing | Sliding | AxialDrive | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
     | Loose
 )  # fmt: skip

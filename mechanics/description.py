@@ -257,6 +257,20 @@ class Planar:
 
 
 @dataclass(frozen=True)
+class AxialDrive:
+    """Way of point ``a`` along an axis that turns with ``b``: held, or driven by ``travel`` [m].
+
+    What a lead screw does for a boom section: all else of ``a``, also its tilt, stays free.
+    """
+
+    name: str
+    a: Site
+    b: Site
+    axis: Array
+    travel: History | None = None
+
+
+@dataclass(frozen=True)
 class Distance:
     """Two points keep their reference distance, or follow ``length`` [m], counted from it."""
 
@@ -688,7 +702,7 @@ Body = Beam | Particle | RigidBody | Shell | Continuum | ReferencePoint
 Flexible = Beam | Shell | Continuum
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide
-    | Fixing | Sliding | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
+    | Fixing | Sliding | AxialDrive | Gear | Pulley | Latch | Spring | TorsionSpring | Bushing
     | ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical | ClearanceTranslational
     | Telescope | BoreContact
 )  # fmt: skip

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from mechanics.constraints import NOTHING, Constraints, Linear, Product, Row, terms
 from mechanics.description import (
+    AxialDrive,
     Clamp,
     ClearanceRevolute,
     ClearanceTranslational,
@@ -194,6 +195,14 @@ def _prismatic(joint: Prismatic, layout: Layout) -> Rows:
     return beside(a, b, axis) + held(a, b, layout) + along(a, b, axis, joint.travel)
 
 
+def _axial_drive(joint: AxialDrive, layout: Layout) -> Rows:
+    """(r_A − r_B)·axis, the axis turning with b, keeps its value but for the travel."""
+    a, b = sides(layout, joint.a, joint.b)
+    if b.directions < 2 and not b.fixed:
+        raise ValueError(f"{b.name!r} has no orientation that could turn an axis")
+    return [offset(a, b, unit_direction(b, unit(joint.axis)), joint.travel)]
+
+
 def _planar(joint: Planar, layout: Layout) -> Rows:
     a, b = sides(layout, joint.a, joint.b)
     normal = unit(joint.normal)
@@ -300,6 +309,7 @@ _MAKERS: dict[type, Callable[..., Rows]] = {
     Cylindrical: _cylindrical,
     Prismatic: _prismatic,
     Planar: _planar,
+    AxialDrive: _axial_drive,
     Distance: _distance,
     Guide: _guide,
     Fixing: _fixing,

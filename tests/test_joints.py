@@ -20,6 +20,7 @@ from joint_cases import (
 )
 
 from mechanics.description import (
+    AxialDrive,
     Clamp,
     ClearanceRevolute,
     Cylindrical,
@@ -79,6 +80,8 @@ KINDS = {
     "prismatic": (lambda a, b: Prismatic("j", a, b, DIAGONAL), 5),
     "prismatic, driven": (lambda a, b: Prismatic("j", a, b, DIAGONAL, path), 6),
     "planar": (lambda a, b: Planar("j", a, b, DIAGONAL), 3),
+    "axial drive": (lambda a, b: AxialDrive("j", a, b, DIAGONAL), 1),
+    "axial drive, driven": (lambda a, b: AxialDrive("j", a, b, DIAGONAL, path), 1),
     "clearance": (lambda a, b: hinge(a, b), 3),
     "clearance, driven": (lambda a, b: hinge(a, b, turn), 4),
 }
@@ -153,7 +156,8 @@ def rigid_motions(layout, body):
 
 FREEDOMS = {
     "clamp": 0, "spherical": 3, "universal": 2, "revolute": 1, "cylindrical": 2, "prismatic": 1,
-    "planar": 3, "revolute, driven": 0, "cylindrical, driven": 0, "prismatic, driven": 0,
+    "planar": 3, "axial drive": 5, "axial drive, driven": 5, "revolute, driven": 0,
+    "cylindrical, driven": 0, "prismatic, driven": 0,
 }  # fmt: skip
 
 
