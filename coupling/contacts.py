@@ -1,6 +1,7 @@
 """The contacts of the joints with clearance: where they are, and the columns of their histories."""
 
 from collections.abc import Collection
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,6 +42,7 @@ class Contact(NamedTuple):
     drive : which of the driven rows drives the joint; -1 where none does
     row : of its history among all, which its parts follow, whose friction is its own
     parts : how many
+    station : float [m]  of a telescope: place of the contact on its own tube in the reference
     """
 
     name: str
@@ -55,6 +57,7 @@ class Contact(NamedTuple):
     drive: int
     row: int = 0
     parts: int = 0
+    station: float = nan
 
 
 def contacts_of(scene: Scene, system: System) -> list[Contact]:
@@ -74,10 +77,16 @@ def contacts_of(scene: Scene, system: System) -> list[Contact]:
             assert joint is not None
             label = name[len(joint) + 1 :]
             place = _geometry(term, tables[joint], k)
-            drive = drives.get(joint, -1)
-            found.append(Contact(name, joint, label, tables[joint], *place, drive, row))
+            drive, station = drives.get(joint, -1), _station(term, k)
+            of = name, joint, label, tables[joint]
+            found.append(Contact(*of, *place, drive, row, station=station))
             row += 1
     return found
+
+
+def _station(term: Any, k: int) -> float:
+    stations = getattr(term, "stations", None)
+    return nan if stations is None else stations[k].place
 
 
 def _of_bore(term: Any, table: contact_tables.Loose, row: int) -> Contact:
@@ -240,7 +249,8 @@ def _clearance(contact: Contact) -> float:
 def _tubes(scene: Scene, contact: Contact, table: contact_tables.Telescope) -> dict[str, Any]:
     """The tubes of a telescope, and of its mouth the place on the outer one [m]."""
     rows: dict[str, Any] = {
-        "radius": table.radius, "bearing_body": table.outer, "journal_body": table.inner
+        "radius": table.radius, "bearing_body": table.outer, "journal_body": table.inner,
+        "station": contact.station,
     }  # fmt: skip
     if contact.label != MOUTH:
         return rows
