@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 FEWEST = 300
-"""Fewest samples, a decorrelation time apart, for the 0-1 test; 157 of two tones look like chaos."""
+"""Fewest samples, a decorrelation time apart, for the 0-1 test; 157 of two tones look chaotic."""
 ORDER = 5
 """Values in a ranking of the permutation entropy."""
 FREQUENCIES = 100
