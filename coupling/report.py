@@ -20,6 +20,9 @@ from coupling.reports.registry import (
 )
 from coupling.scene import Scene
 
+PAPER = "paper"
+"""What stands for the report on the source of the project."""
+
 
 def report(
     what: str,
@@ -46,6 +49,10 @@ def report(
     ------
     BadCase : the case is faulty, or there is no such report
     """
+    if what == PAPER:
+        from coupling.paper.document import report as paper
+
+        return paper(name, folder, out, large)
     if what in OWN:
         made = _results(what, _chosen(what, name, ()), large)
     else:

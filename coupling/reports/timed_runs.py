@@ -17,7 +17,7 @@ from coupling.contact_history import ONSET, events
 from coupling.errors import BadCase
 from coupling.manager import Coupled
 from coupling.model import Model, build
-from coupling.report_quantities import Moment, needs_contacts, read
+from coupling.report_quantities import Moment, course, needs_contacts, read
 from coupling.report_tables import Sought
 from coupling.scene import Scene
 from coupling.simulation import Attempts, Stopped, windows
@@ -70,7 +70,7 @@ def timed(
 
     Parameters
     ----------
-    repeat : timed runs
+    repeat : timed runs; 0: only the run in which quantities are read
     budget : float [s]  of the timed runs; after it no more begin
     limit : float [s]  a run that takes longer is given up
     """
@@ -97,7 +97,7 @@ def _processor() -> float:
 
 
 def _more(wall: tuple[float, ...], repeat: int, budget: float) -> bool:
-    return not wall or (len(wall) < repeat and sum(wall) < budget)
+    return bool(repeat) and (not wall or (len(wall) < repeat and sum(wall) < budget))
 
 
 def _first(model: Model) -> None:
@@ -228,7 +228,9 @@ class _Watch:
 
     def kept(self) -> tuple[Array, dict[str, Array]]:
         """Times (w,), and values (w, k) of each quantity."""
-        return np.array(self._times), {name: np.array(v) for name, v in self._values.items()}
+        times = np.array(self._times)
+        rows = {name: np.array(v) for name, v in self._values.items()}
+        return times, {name: course(one.of, rows[name]) for name, one in self.sought.items()}
 
 
 # ------------------------------------------------------------------------- statics and modes
@@ -259,7 +261,8 @@ def _still(model: Model, sought: Mapping[str, Sought], repeat: int, begun: float
         spent.append((perf_counter() - wall, _processor() - processor))
     times = np.array([place.t for place, _ in frames])
     values = {name: _values(model, one.of, frames, modes) for name, one in sought.items()}
-    outcome, (wall_, processor_) = STOPPED if why else DONE, tuple(zip(*spent, strict=True))
+    wall_, processor_ = tuple(zip(*spent, strict=True)) or ((), ())
+    outcome = STOPPED if why else DONE
     return Ran(outcome, why, start, wall_, processor_, {"steps": len(frames)}, times, values)
 
 
@@ -275,4 +278,4 @@ def _values(model: Model, of: str, frames: analyses.Frames, modes: list[float]) 
         return np.array([[modes[number - 1] if number <= len(modes) else np.nan]])
     none: Any = None
     moments = (Moment(place, T, T[:, 0], none, {}) for place, T in frames)
-    return np.array([read(model, of, at) for at in moments])
+    return course(of, np.array([read(model, of, at) for at in moments]))

@@ -1,0 +1,22 @@
+"""The sections of the report on the paper, in its order; each is imported when it is made."""
+
+from collections.abc import Callable, Iterator
+from importlib import import_module
+
+from coupling.paper.entries import Entry
+from coupling.paper.workshop import Workshop
+
+SECTIONS = {
+    "table_1": "coupling.paper.table_1:entries",
+    "table_2": "coupling.paper.table_2:entries",
+    "table_4": "coupling.paper.table_4:entries",
+}
+"""Name of each section, and the function that yields its entries."""
+
+Make = Callable[[Workshop], Iterator[Entry]]
+
+
+def load(name: str) -> Make:
+    """What yields the entries of a section."""
+    module, function = SECTIONS[name].split(":")
+    return getattr(import_module(module), function)
