@@ -202,7 +202,7 @@ def _tangent(
     problem: _Problem, y: Array, load: float, heading: Array | None
 ) -> tuple[Array, float] | None:
     """Change of y (n + m,) and of the load per arc, towards ``heading``; None if singular."""
-    system, coef = problem.system, problem.coefficients(load)
+    system, coef = problem.system.following(y[: problem.system.n]), problem.coefficients(load)
     solve = system.factorise(system.matrix(y, np.zeros_like(y), load, coef, STIFFNESS))
     if solve is None:
         return None
@@ -222,7 +222,7 @@ def _correct(
     closing: Callable[[Array], tuple[float, Array]],
 ) -> tuple[tuple[Array, float] | None, int]:
     """Newton for y and the load on the surface ``closing``, which gives its value and normal."""
-    system, still = problem.system, np.zeros_like(y)
+    system, still = problem.system.following(y[: problem.system.n]), np.zeros_like(y)
     n, shift = system.n, None
     for count in range(1, ITERATIONS + 1):
         coef = problem.coefficients(load)

@@ -71,7 +71,7 @@ def _slope(
 ) -> csc_array:
     """dK/dp (n, n) along the path."""
     n, still = system.n, np.zeros_like(y)
-    coef = between(c0, c1, fraction)
+    system, coef = system.following(y[:n]), between(c0, c1, fraction)
     solve = system.factorise(system.matrix(y, still, fraction, coef, Factors(0.0, 1.0, 0.0)))
     if solve is None:
         raise ValueError("buckling is sought from a stable state, and this one is not")

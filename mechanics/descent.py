@@ -47,6 +47,7 @@ def downhill(
     drag = FIRST * _hardest(system, y, t, coef)
     while spent < iterations:
         spent += 1
+        system = system.following(y[:n])
         residual = system.residual(y, still, t, coef)
         if not np.all(np.abs(residual) < HUGE):
             break

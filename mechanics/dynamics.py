@@ -114,14 +114,14 @@ class State(NamedTuple):
 class Window(NamedTuple):
     """Coefficients at both ends of a window that starts at ``t0`` and lasts ``h`` [s].
 
-    packed : the program with the masses of this window; None: those of the system
+    T : (m, 3) float  section temperatures that masses follow in this window; None: they do not
     """
 
     t0: float
     h: float
     c0: Coefficients
     c1: Coefficients
-    packed: march.Packed | None = None
+    T: Array | None = None
 
     @classmethod
     def between(
@@ -154,6 +154,7 @@ def initial_state(
     q : (n,) coordinates that it begins with; None: those of the reference
     """
     q = (system.layout.q0 if q is None else q).copy()
+    system = system.following(q)
     latched = np.zeros(len(system.program.latch_value))
     coef = _latched(system, coef, latched)
     if why := _infinite(system, q, system.layout.v0, t, coef):
@@ -294,8 +295,9 @@ def advance(
     """
     carried, latched = _carried(system, state), state.latched.copy()
     while True:
+        system = system.following(carried.y[: system.n])
         w = _memory(system, control, window, carried, latched, full)
-        packed = window.packed or system.packed
+        packed = system.packed if window.T is None else system.packed_at(window.T)
         how, count, worst = kernels.uninterrupted(march.march, packed, w)
         if system.contacts and (why := _outside(system, window, w, count)):
             return state, carried.lost, why
@@ -306,7 +308,8 @@ def advance(
             how = _latch(system, window, carried, latched)
         if how == march.DONE and carried.clock[0] >= window.t0 + window.h:
             return _state(system, carried, latched), carried.lost, ""
-        if how not in (march.DONE, march.FULL):
+        left = count and system.following(carried.y[: system.n]) is not system
+        if how not in (march.DONE, march.FULL) and not left:
             why = f"{_reason(system, how, worst)}, at t = {carried.clock[0]:.9g} s"
             return state, carried.lost, why
 

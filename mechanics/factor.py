@@ -6,9 +6,9 @@ fulfil its equations, the same matrix goes to SuperLU, which pivots freely.
 """
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -43,6 +43,7 @@ class Solver(NamedTuple):
         need
     factor, solve : addresses of kernels (``kernels.FACTOR``, ``SOLVE``)
     library : makes a library of its own for each factorisation from Python, where one is needed
+    kept : what the addresses in ``ints`` belong to
     """
 
     name: str
@@ -51,6 +52,7 @@ class Solver(NamedTuple):
     factor: int
     solve: int
     library: Callable[[], libraries.Library] | None = None
+    kept: Sequence[Any] = ()
 
     def factorise(self, data: Array) -> Solve | None:
         """Solver for right-hand sides (n,), or None when the matrix is singular or not finite."""
@@ -226,11 +228,12 @@ def _blocks(
     parts = blocks.arrange(pattern, node_of, blocks.ranks(pattern, massive), stage)
     inner, size = blocks.lay_out(pattern, parts, symmetric)
     make = partial(libraries.find, "superlu", pattern, symmetric)
-    addresses = *block_kernels.kernels(symmetric), *_addresses(make(), pattern)
+    kept: list[Any] = []
+    addresses = *block_kernels.kernels(symmetric), *_addresses(make(), pattern, kept)
     head = [*addresses, pattern.size, len(pattern.indices), int(symmetric), len(pairs)]
     ints = np.concatenate([head, pattern.indptr, pattern.indices, pairs, inner]).astype(np.int64)
     factor, solve = kernel(FACTOR)(factor_guarded), kernel(SOLVE)(solve_guarded)
-    return Solver("blocks", ints, 1 + pattern.size + size, factor, solve, make)
+    return Solver("blocks", ints, 1 + pattern.size + size, factor, solve, make, kept)
 
 
 def _pairs(pattern: Pattern) -> Indices:
@@ -316,10 +319,10 @@ def solve_guarded(ints, work, b):
 
 
 def _outside(make: Callable[[], libraries.Library], pattern: Pattern) -> Solver:
-    library = make()
-    addresses = _addresses(library, pattern)
+    library, kept = make(), list[Any]()
+    addresses = _addresses(library, pattern, kept)
     kernels = kernel(FACTOR)(factor_library), kernel(SOLVE)(solve_library)
-    return Solver(library.name, np.array(addresses), 1, *kernels, make)
+    return Solver(library.name, np.array(addresses), 1, *kernels, make, kept)
 
 
 def factor_library(ints, data, work):
@@ -333,8 +336,8 @@ def solve_library(ints, work, b):
     outside_at(ints[1])(np.int64(b.ctypes.data))
 
 
-def _addresses(library: libraries.Library, pattern: Pattern) -> tuple[int, int]:
-    """Addresses under which compiled code calls a library."""
+def _addresses(library: libraries.Library, pattern: Pattern, keep: list[Any]) -> tuple[int, int]:
+    """Addresses under which compiled code calls a library, as long as ``keep`` is there."""
     entries = len(pattern.indices) + 1
 
     def factor(address: int) -> int:
@@ -345,7 +348,7 @@ def _addresses(library: libraries.Library, pattern: Pattern) -> tuple[int, int]:
         return 0
 
     kind = ctypes.c_int64
-    return callback(factor, kind, returns=kind), callback(solve, kind, returns=kind)
+    return tuple(callback(f, kind, returns=kind, keep=keep) for f in (factor, solve))  # type: ignore
 
 
 def _doubles(address: int, count: int) -> Array:

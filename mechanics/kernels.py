@@ -69,10 +69,15 @@ _KEPT: list[Any] = []
 """Compiled functions, and Python functions that compiled code calls; never freed."""
 
 
-def callback(function: Callable[..., Any], *kinds: Any, returns: Any = None) -> int:
-    """Address under which compiled code can call a Python function of ctypes ``kinds``."""
+def callback(
+    function: Callable[..., Any], *kinds: Any, returns: Any = None, keep: list[Any] = _KEPT
+) -> int:
+    """Address under which compiled code can call a Python function of ctypes ``kinds``.
+
+    It holds as long as the list ``keep`` does.
+    """
     made = ctypes.CFUNCTYPE(returns, *kinds)(function)
-    _KEPT.append(made)
+    keep.append(made)
     return int(ctypes.cast(made, ctypes.c_void_p).value or 0)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.sparse import csc_array, hstack
 
+from mechanics.description import FloatingFrame
 from mechanics.system import Coefficients, Factors, System
 
 Array = NDArray[np.float64]
@@ -24,6 +25,7 @@ SHOWN = 3
 
 def free_motions(system: System, y: Array, coef: Coefficients) -> list[str]:
     """What moves without resistance about ``y`` (n + m,): one text for each body; [] if nothing."""
+    system = system.following(y[: system.n])
     data = system.matrix(y, np.zeros_like(y), 0.0, system.timed(coef, 0.0), Factors(0.0, 1.0, 0.0))
     matrix, n = system.pattern.matrix(data), system.n
     motions = rigid_motions(system, y)
@@ -67,6 +69,8 @@ def _of_body(system: System, y: Array, name: str, nodes: NDArray) -> csc_array:
         columns = shift.reshape(3, -1)
     else:
         arms = vectors.copy()
+        if isinstance(system.layout.bodies[name], FloatingFrame):
+            arms[:, 4:] = 0.0  # amplitudes of modes do not turn
         arms[:, 0] -= arms[:, 0].mean(axis=0)
         turn = np.cross(np.eye(3)[:, None, None], arms) / system.scale[nodes[0]]
         columns = np.concatenate([shift, turn]).reshape(6, -1)

@@ -61,6 +61,7 @@ def stiffness(
 ) -> tuple[csc_array, csc_array]:
     """Tangent stiffness K (n, n) and constraint matrix B (m, n) about ``y`` (n + m,)."""
     n, factors = system.n, Factors(0.0, 1.0, 0.0)
+    system = system.following(y[:n])
     data = system.matrix(y, np.zeros_like(y), t, coef, factors)
     matrix = system.pattern.matrix(data)
     return csc_array(matrix[:n, :n]), csc_array(matrix[n:, :n])
@@ -79,6 +80,7 @@ def shifted(system: System, y: Array, t: float, coef: Coefficients, shift: float
     """
     if not any(isinstance(body, Continuum) for body in system.layout.bodies.values()):
         return None
+    system = system.following(y[: system.n])
     data = system.matrix(y, np.zeros_like(y), t, coef, Factors(-shift, 1.0, 0.0))
     found = system.solver.counted(data)
     if found is None:

@@ -76,8 +76,7 @@ class Mechanics:
         """
         c0 = self.system.coefficients(T0)
         c1 = None if np.array_equal(T0, T1) else self.system.coefficients(T1)
-        window = Window.between(self.system, state.motion.t, h, c0, c1)
-        window = window._replace(packed=self.system.packed_at(T0))
+        window = Window.between(self.system, state.motion.t, h, c0, c1)._replace(T=T0)
         new, lost, why = advance(self.system, self.control, state, window, observe)
         return new, self._heat(new, lost, T0, T1), why
 

@@ -192,6 +192,7 @@ def load_change(
 def newton(system: System, y: Array, t: float, coef: Coefficients, allowed: Allowed) -> Found:
     """Solve for the equilibrium at load factor ``t``, starting from ``y`` (n + m,)."""
     n, still, worst, stressed = system.n, np.zeros_like(y), 0, coef
+    system = system.following(y[:n])
     for count in range(1, allowed.iterations + 1):
         residual = system.residual(y, still, t, coef)
         data = system.matrix(y, still, t, stressed, STIFFNESS)

@@ -8,6 +8,7 @@ interpolated linearly inside it; functions of time are written into them before 
 
 import ctypes
 from collections.abc import Sequence
+from copy import copy
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -50,6 +51,9 @@ LARGE = 1000
 JOURNAL_SCALE = 1e3
 """Coordinates of a node in a clearance joint are measured in this many clearances [-]."""
 
+FOLLOWERS = 4
+"""Patterns that are kept for contacts that go to and fro [-]."""
+
 
 class Factors(NamedTuple):
     """Factors (1, cK, cC) with which mass, stiffness and damping enter a system matrix."""
@@ -83,6 +87,8 @@ class System:
         self.n = self.layout.ndof
         self.elements = _elements(description, self.layout)
         holding = _rigid(description, self.layout) + _ties(description, self.layout)
+        first = self.n + sum(term.rows for term in holding)
+        holding += _frames(self.elements, self.layout, first)
         holding += _joints(description, self.layout, self.n + sum(term.rows for term in holding))
         self.m = sum(term.rows for term in holding)
         self._inertia = _inertia([*self.elements, *holding], _points(description, self.layout))
@@ -98,10 +104,12 @@ class System:
         self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
         self.pattern, self._mass_slots, self._slots = _pattern(self)
         blocks, stages = _blocks(self)
+        self._prefer = solver
         self.solver = factor.choose(
             self.pattern, blocks, _symmetry(self), solver, _ranks(self), stages
         )
         self._evaluated: list[tuple[Array, Coefficients]] = []
+        self._followers: dict[tuple[bytes, ...], System] = {}
         room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
         self.columns = [c.shape[1] for c in self.coefficients(room)]
         self._histories = _histories(self.terms, self.columns)
@@ -142,6 +150,22 @@ class System:
                 changed[k] = changed[k].copy() if changed[k] is coef[k] else changed[k]
                 changed[k][row, column] = _value(history, t)
         return tuple(changed)
+
+    def following(self, q: Array) -> "System":
+        """This system, with room in its matrices for contacts where they are at ``q`` (n,).
+
+        It follows from ``q`` alone, and differs in nothing but the pattern of matrices.
+        """
+        at = tuple(t.bands(q) if hasattr(t, "bands") else b"" for t in self.contacts)
+        if not any(at):
+            return self
+        if not self._followers:
+            self._followers[tuple(getattr(t, "band", b"") for t in self.contacts)] = self
+        if at not in self._followers:
+            if len(self._followers) >= FOLLOWERS:
+                del self._followers[next(iter(self._followers))]
+            self._followers[at] = _arranged(self, at)
+        return self._followers[at]
 
     def packed_at(self, T: Array) -> march.Packed:
         """The program with the masses at section temperatures ``T`` (m, 3)."""
@@ -255,11 +279,23 @@ def _elements(description: Description, layout: Layout) -> list:
     flexible = [b for b in description.bodies if isinstance(b, Flexible)]
     found = []
     for name, family in FAMILIES.items():
-        members = [b for b in flexible if b.element == name]
+        members = [b for b in flexible if b.element == name and not _floats(b)]
         if members:
             module, function = family.build.split(":")
             found.append(getattr(import_module(module), function)(members, layout))
-    return found
+    floating = [b for b in flexible if _floats(b)]
+    return found + [import_module("mechanics.floating").build(b, layout) for b in floating]
+
+
+def _floats(body: Flexible) -> bool:
+    return getattr(body, "modes", None) is not None
+
+
+def _frames(elements: list, layout: Layout, first_row: int) -> list:
+    floating = [term for term in elements if hasattr(term, "modes")]
+    if not floating:
+        return []
+    return import_module("mechanics.floating").holding(floating, layout, first_row)
 
 
 def _rigid(description: Description, layout: Layout) -> list:
@@ -404,6 +440,30 @@ def _pattern(system: System) -> tuple[Any, Indices, list[Indices]]:
     pairs += [(dofs, dofs) for dofs in (getattr(t, "pattern_dofs", t.dofs) for t in system.terms)]
     shape, slots = pattern(system.n + system.m, pairs)
     return shape, slots[0].ravel(), [s.reshape(len(s), -1) for s in slots[2:]]
+
+
+def _arranged(system: System, bands: Sequence[bytes]) -> System:
+    """The system with its contacts in other bands of the matrix."""
+    new = copy(system)
+    moved = [t.banded(band) if band else t for t, band in zip(system.contacts, bands, strict=True)]
+    start = len(system.terms) - len(moved)
+    new.contacts, new.terms = moved, [*system.terms[:start], *moved]
+    new.pattern, new._mass_slots, new._slots = _pattern(new)
+    blocks, stages = _blocks(new)
+    new.solver = factor.choose(
+        new.pattern, blocks, _symmetry(new), system._prefer, _ranks(new), stages
+    )
+    solver = system.program.solver.copy()
+    solver[:2] = new.solver.factor, new.solver.solve
+    new.program = system.program._replace(
+        ints=_line([t.ints for t in new.terms], np.int64),
+        slots=_line(new._slots, np.int64),
+        mass_data=_on_pattern(new),
+        solver=solver,
+        solver_ints=np.ascontiguousarray(new.solver.ints, np.int64),
+    )
+    new.packed = march.pack(new.program)
+    return new
 
 
 def _on_pattern(system: System) -> Array:

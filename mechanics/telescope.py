@@ -13,7 +13,7 @@ twice across it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import NamedTuple
 
@@ -42,13 +42,30 @@ from mechanics.elements import FAMILIES
 from mechanics.layout import Layout, family_of
 from mechanics.line_elements import node_places
 from mechanics.march import PLACE
-from mechanics.telescope_kernels import LENGTHS, OWN, PLACED, RIM, SIGN, VECTORS, WEIGHTS
+from mechanics.telescope_kernels import (
+    BAND,
+    LENGTHS,
+    OWN,
+    PLACED,
+    RIM,
+    SIGN,
+    VECTORS,
+    WEIGHTS,
+    WIDE,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 ROUNDING = 0.1
 """Radius of the rims of both tubes, in radii of the inner one [-]."""
+FEW, WIDTH = 4, 2
+"""Elements up to which a tube is known to all stations as a whole, and of a band otherwise [-]."""
+GRAIN = 0.25
+"""How far a tube moves before bands are looked at anew, in its shortest element: with a width of
+two elements a foot may go as far again before it leaves its band [-]."""
+NOWHERE = -(2**40)
+"""First element of an empty band."""
 _PLACED = [CLEARANCE, K, KINETIC, STATIC, BRISTLE]
 
 
@@ -123,8 +140,9 @@ class Telescopes:
     ----------
     names : joint of each station;  contact_names : such as ``sleeve.node_03``, ``sleeve.mouth``
     dofs : (E, k) int  coordinates of the own section and positions of the other tube; -1: none
-    pattern_dofs : (E2, k2) int  of each station with each element of the other tube, in which its
-        tangent may be; rows of its ``slots``
+    pattern_dofs : (E2, k2) int  of each station with each element of its band on the other tube,
+        in which its tangent may be; rows of its ``slots``
+    band : the bands, as ``bands`` gives them
     places : (E,) float [m]  feet in the reference
     slots : contacts of an element
     """
@@ -135,6 +153,7 @@ class Telescopes:
     ints: NDArray[np.int64]
     floats: Array
     places: Array
+    band: bytes
     name: str = "telescope"
     symmetric: bool = False
     slots: int = 1
@@ -184,6 +203,19 @@ class Telescopes:
         each = zip(self.stations, self.places, strict=True)
         return np.array([1.0 / _mobility(station, place, diagonal) for station, place in each])
 
+    def bands(self, q: Array) -> bytes:
+        """First element of the band of each station in the state ``q``, as bytes."""
+        feet = kernels.feet(q, self.ints, self.floats)[:, 0]
+        return _bands(self.stations, self.places, feet).tobytes()
+
+    def banded(self, band: bytes) -> "Telescopes":
+        """The same contacts with other bands."""
+        if band == self.band:
+            return self
+        ints = self.ints.copy()
+        ints[:, BAND] = np.frombuffer(band, np.int64)
+        return replace(self, ints=ints, band=band, pattern_dofs=_pattern_dofs(self.stations, ints))
+
     def deposit(self, T: Array, work: Array, response: Array) -> Array:
         """(m,) float [J]  heat at the temperature points from ``work`` (E,) [J] of friction.
 
@@ -220,18 +252,22 @@ def build(joints: Sequence[Telescope], layout: Layout) -> list[Telescopes]:
     for i, (station, (vectors, weights)) in enumerate(zip(stations, own, strict=True)):
         other = station.other
         stride = other.nodes[1] - other.nodes[0]
-        ints[i, :OWN] = vectors.size, other.nodes[0], stride, len(other.nodes), pair
+        wide = _width(other)
+        ints[i, :OWN] = vectors.size, other.nodes[0], stride, len(other.nodes), pair, 0, wide
         ints[i, OWN : OWN + vectors.size] = vectors
         floats[i, [SIGN, RIM]] = station.sign, ROUNDING * station.joint.radius
         spread = floats[i, WEIGHTS:LENGTHS].reshape(4, VECTORS)
         spread[:, : vectors.size] = weights
         floats[i, LENGTHS : LENGTHS + len(other.nodes)] = other.lengths
-        pair += len(other.nodes) - 1
+        pair += wide
     feet = kernels.feet(layout.q0, ints, floats)
     _check_inside(stations, feet)
     dofs = _coordinates(stations, ints[:, OWN:], nodes)
-    pattern = _pattern_dofs(stations, ints[:, OWN:])
-    return [Telescopes(stations, dofs, pattern, ints, floats, feet[:, 0].copy())]
+    places = feet[:, 0].copy()
+    bands = _bands(stations, places, places)
+    ints[:, BAND] = bands
+    pattern = _pattern_dofs(stations, ints)
+    return [Telescopes(stations, dofs, pattern, ints, floats, places, bands.tobytes())]
 
 
 def _stations(joint: Telescope, layout: Layout) -> list[Station]:
@@ -298,14 +334,49 @@ def _coordinates(stations: Sequence[Station], own: NDArray, nodes: int) -> Indic
     return np.concatenate([_components(own), _components(others)], axis=1)
 
 
-def _pattern_dofs(stations: Sequence[Station], own: NDArray) -> Indices:
-    """Own coordinates and those of one element, for every element of the other tube."""
+def _width(other: Tube) -> int:
+    """Elements of the other tube that have a place in the matrix for each station."""
+    count = len(other.nodes) - 1
+    return count if count <= FEW else WIDTH
+
+
+def _bands(stations: Sequence[Station], start: Array, feet: Array) -> NDArray[np.int64]:
+    """First element of the band of each station: ``NOWHERE`` if its foot is far beyond the ends.
+
+    start, feet : (E,) float [m]  feet in the reference and now
+
+    Places are told apart in steps of ``GRAIN``, as far as tubes have moved as a whole, so that
+    the bands of most stations change at the same time, and only once in an element.
+    """
+    found, at = np.zeros(len(stations), np.int64), 0
+    for _, group in groupby(stations, key=lambda s: (s.joint.name, s.sign)):
+        members = list(group)
+        rows, other = slice(at, at + len(members)), members[0].other
+        at += len(members)
+        if len(other.nodes) - 1 <= FEW:
+            continue
+        grain = GRAIN * float(np.diff(other.lengths).min())
+        middle = start[rows] + grain * np.round(np.median(feet[rows] - start[rows]) / grain)
+        middle += grain * np.trunc((feet[rows] - middle) / grain)
+        first = np.searchsorted(other.lengths, middle - 2.0 * grain, side="right") - 1
+        reach = kernels.FAR * members[0].joint.radius * 2.0 + 2.0 * grain
+        far = np.maximum(-middle, middle - other.lengths[-1]) > reach
+        found[rows] = np.where(far, NOWHERE, np.clip(first, 0, len(other.nodes) - 1 - WIDTH))
+    return found
+
+
+def _pattern_dofs(stations: Sequence[Station], ints: NDArray) -> Indices:
+    """Own coordinates and those of one element, for every element of the bands."""
     found = []
-    for vectors, station in zip(own, stations, strict=True):
+    for row, station in zip(ints, stations, strict=True):
         nodes = station.other.nodes[:, None] + 3 * np.arange(4)
         elements = np.concatenate([nodes[:-1], nodes[1:]], axis=1)
-        mine = np.tile(vectors, (len(elements), 1))
-        found.append(np.concatenate([mine, elements], axis=1))
+        mine = np.tile(row[OWN:], (row[WIDE], 1))
+        if row[BAND] == NOWHERE:
+            mine, there = np.full_like(mine, -1), np.full((row[WIDE], elements.shape[1]), -1)
+        else:
+            there = elements[row[BAND] : row[BAND] + row[WIDE]]
+        found.append(np.concatenate([mine, there], axis=1))
     return _components(np.concatenate(found))
 
 

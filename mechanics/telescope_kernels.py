@@ -38,9 +38,10 @@ from mechanics.contact_laws import (
 )
 from mechanics.kernels import ENERGY, FORCE, REMEMBER, RESPOND, TANGENT, kernel
 
-COUNT, FIRST, STRIDE, NODES, PAIR, OWN = range(6)
+COUNT, FIRST, STRIDE, NODES, PAIR, BAND, WIDE, OWN = range(8)
 """Columns of ``ints``: own vectors; first coordinate of the other tube, from node to node, nodes;
-first row of slots, one for each of its elements; own vectors."""
+first row of slots, one for each element of its band; first element of that, and how many there are;
+own vectors. A tangent outside of the band has no place in the matrix and is left out."""
 SIGN, RIM, WEIGHTS, LENGTHS = 0, 1, 2, 34
 """Columns of ``floats``: 1 where the station is of the inner tube, -1 where it is of the outer one;
 radius of the rims; weights (4, 8) of own vectors in p, p', p_y, p_z; arc length at nodes."""
@@ -495,10 +496,13 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
         element, slope, depth = _station(y, ints[e], floats[e], coef[e], Q, place, c, room)
         if not depth > 0.0:
             continue
+        beyond = element - ints[e, BAND]
+        if beyond < 0 or beyond >= ints[e, WIDE]:
+            continue
         _gather(y, v, ints[e], floats[e], element, Q, V)
         _local_tangent(Q, V, place, slope, c, cK, cC, complex_room, T)
         _spread(T, floats[e], ints[e, COUNT], places, half, wide)
-        slot = slots[ints[e, PAIR] + element]
+        slot = slots[ints[e, PAIR] + beyond]
         for i in range(size):
             for j in range(size):
                 data[slot[size * i + j]] += wide[i, j]
