@@ -77,10 +77,10 @@ ON_EDGES = ("clamp", "spherical", "guide", "fixing")
 COINCIDENT = ("spherical", "revolute", "universal", "bushing")
 APART = ("distance", "spring")
 HOLDING = (*COINCIDENT[:3], "clamp", "cylindrical", "prismatic", "planar", "distance")
-TURNING = ("revolute", "cylindrical")
+TURNING = ("revolute", "cylindrical", "clearance_revolute")
 REFERS = {
     "gear": {"first": TURNING, "second": TURNING},
-    "latch": {"joint": ("revolute", "prismatic")},
+    "latch": {"joint": ("revolute", "prismatic", "clearance_revolute")},
     "torsion_spring": {"joint": TURNING},
 }
 """Keys that name another joint, and the kinds that it may have."""

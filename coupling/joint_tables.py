@@ -161,7 +161,9 @@ class Gear(Table):
     """Couples the turns of two joints: turn of second = ratio * turn of first."""
 
     kind: Literal["gear"]
-    first: str = Field(description="name of a revolute or cylindrical [joint.NAME]")
+    first: str = Field(
+        description="name of a revolute, clearance_revolute or cylindrical [joint.NAME]"
+    )
     second: str = Field(description="name of another")
     ratio: Annotated[float, Quantity(quantities.NUMBER)] = Field(
         description="turn of second / turn of first; negative for wheels that mesh outside"
@@ -178,7 +180,9 @@ class Latch(Table):
     """Locks a revolute at an angle, or a prismatic joint at a stroke, once it gets there."""
 
     kind: Literal["latch"]
-    joint: str = Field(description="name of a revolute or prismatic [joint.NAME]")
+    joint: str = Field(
+        description="name of a revolute, clearance_revolute or prismatic [joint.NAME]"
+    )
     at: AngleOrLength = Field(
         description="angle or travel since the start, such as '90 deg' or '0.5 m'"
     )

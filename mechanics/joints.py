@@ -286,9 +286,12 @@ def _check_reference(named: dict[str, Joint], name: str) -> Rows:
 
 
 def _tied_turn(joint: Joint, layout: Layout, own: int) -> Rows:
-    if not isinstance(joint, Revolute | Cylindrical):
+    if isinstance(joint, ClearanceRevolute):
+        a, b = sides(layout, joint.journal, joint.bearing)
+    elif isinstance(joint, Revolute | Cylindrical):
+        a, b = sides(layout, joint.a, joint.b)
+    else:
         raise ValueError("it has no turn for another joint to refer to")
-    a, b = sides(layout, joint.a, joint.b)
     return [turning(a, b, unit(joint.axis), own=own)]
 
 
