@@ -16,8 +16,8 @@ from coupling import overrides as changes
 from coupling.draft import Draft, Where
 from coupling.errors import BadCase, Problem, joined, shown, suggestion
 from coupling.fields import said
-from coupling.generate_tables import RingTruss
-from coupling.generation import made_by, merged
+from coupling.generation import merged
+from coupling.generators import written_out
 from coupling.heat_tables import Thermal
 from coupling.overrides import Override
 from coupling.references import check
@@ -82,7 +82,7 @@ def _written_out(raw: dict[str, Any]) -> dict[str, Any]:
         return raw
     for value in tables.values():
         try:
-            raw = merged(made_by(RingTruss.model_validate(value)), raw)
+            raw = merged(written_out(value), raw)
         except ValidationError:
             continue  # reported when it is read with all the others
     return raw

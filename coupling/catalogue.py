@@ -10,6 +10,7 @@ from rich.text import Text
 
 from coupling.casefile import FILE_NAME
 from coupling.crosscheck_tables import STAGES
+from coupling.generators import KINDS
 from coupling.joint_references import SIDES
 from coupling.reports.registry import OF_A_CASE, OWN
 from coupling.scene import Analysis, Integrator
@@ -73,7 +74,7 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     _section(out, "friction laws  (joint.NAME.friction.law)", [*FRICTION.items()])
     _section(out, "analyses  (analysis.kind)", _bare(ANALYSES))
     _section(out, "schemes  (integrator.scheme)", _bare(SCHEMES))
-    _section(out, "generated structures  (generate.NAME.kind)", _bare(["ring_truss"]))
+    _section(out, "generated structures  (generate.NAME.kind)", _bare(KINDS))
     _section(out, "stages of a cross-check  (crosscheck.stages)", [*STAGES.items()])
     of_a_case = [*OF_A_CASE, "and its tables [report.NAME]"]
     _section(out, "reports of a case  (thermobody report CASE NAME)", _bare(of_a_case))

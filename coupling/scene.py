@@ -15,7 +15,7 @@ from coupling import quantities
 from coupling.body_tables import Body
 from coupling.crosscheck_tables import Crosscheck
 from coupling.fields import Count, Point, PositiveTime, Quantity, Table, Time
-from coupling.generate_tables import RingTruss
+from coupling.generators import Generator
 from coupling.heat_tables import MaterialTable, Thermal
 from coupling.joint_tables import Joint
 from coupling.load_tables import Gravity, Load
@@ -287,7 +287,7 @@ class Scene(BaseModel):
     analysis: Analysis = Field(default_factory=Analysis)
     damping: Damping | None = None
     mechanics: MechanicsTable = Field(default_factory=MechanicsTable)
-    generate: dict[str, RingTruss] = Field(default_factory=dict)
+    generate: dict[str, Generator] = Field(default_factory=dict)
     material: dict[str, MaterialTable] = Field(default_factory=dict)
     section: dict[str, Annotated[Section, Field(discriminator="kind")]] = Field(
         default_factory=dict
