@@ -77,6 +77,15 @@ class LineBody(Table):
             "list' says what they are",
         )
     )
+    formulation: Literal["floating-frame"] | None = Field(
+        default=None,
+        description="of a beam: 'floating-frame' is linear elasticity by modes in a frame that "
+        "moves with its first section; default: absolute nodal coordinates",
+    )
+    modes: Annotated[int, Count(least=0)] | None = Field(
+        default=None,
+        description="of a floating frame: vibrations with both ends held, besides six static modes",
+    )
     normal: Direction | None = Field(default=None, description=NORMAL)
     section: str = Field(description="name of a [section.NAME]")
     material: str = Field(description=MATERIAL)
@@ -111,6 +120,7 @@ class LineBody(Table):
             for key in ("normal", "element"):
                 if getattr(self, key):
                     yield key, "does not go with a cable: it does not twist"
+        yield from self._odd_modes()
         if self.nodes is not None:
             yield from self._odd_nodes(self.nodes)
         if self.start and self.end:
@@ -119,6 +129,19 @@ class LineBody(Table):
             radius = np.cross(self.arc.axis, np.subtract(self.start, self.arc.center))
             if np.linalg.norm(radius) <= 1e-12 * max(1.0, *np.abs(self.start)):
                 yield "arc.center", "the start of the body lies on the axis of the arc"
+
+    def _odd_modes(self) -> Iterator[tuple[str, str]]:
+        if self.formulation is None:
+            if self.modes is not None:
+                yield "modes", "belongs to formulation = 'floating-frame', and there is none"
+        elif self.family != "beam3243":
+            word = "cable" if self.kind == "cable" else f"beam of element {self.family}"
+            yield "formulation", f"does not go with a {word}: a floating frame takes beam3243"
+        elif self.modes is None:
+            yield "modes", "missing (vibrations besides six static modes; 0 or more)"
+        elif self.elements is not None and self.modes > 6 * (self.elements - 1):
+            most = 6 * (self.elements - 1)
+            yield "modes", f"{self.elements} elements have {most} at most, got {self.modes}"
 
     def _odd_nodes(self, nodes: list[float]) -> Iterator[tuple[str, str]]:
         if len(nodes) < 2 or nodes[0] != 0.0 or (np.diff(nodes) <= 0.0).any():

@@ -73,6 +73,9 @@ def _bodies(draft: Draft) -> Iterator[Problem]:
             text = f"is a cable: what neither shears nor bends by its section has no shape {WHAT}"
             yield Problem(f"body.{name}", text)
         elif isinstance(body, LineBody):
+            if body.formulation is not None:
+                text = f"a floating frame has modes of a beam, which is not one {WHAT}"
+                yield Problem(f"body.{name}.formulation", text)
             yield from _section(draft, name, body)
     if bodies and not any(isinstance(b, LineBody | ShellBody) for b in bodies.values()):
         yield Problem("mechanics.solver", f"no body is a beam: there is nothing to mesh {WHAT}")

@@ -110,7 +110,7 @@ def _beam(scene: Scene, name: str, table: body_tables.LineBody) -> motion.Beam:
     points, axes, section, material = line_of(scene, name, table)
     return motion.Beam(
         name, points, axes, section, material, reference_of(table), table.damping, table.family,
-        np.array(table.velocity), np.array(table.spin),
+        np.array(table.velocity), np.array(table.spin), table.modes,
     )  # fmt: skip
 
 

@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 from coupling.descriptions import material_point
 from coupling.places import place_of
 from coupling.scene import Scene
-from mechanics.description import Beam, Continuum, ReferencePoint, RigidBody, Shell, Site
+from mechanics.description import (
+    Beam,
+    Continuum,
+    FloatingFrame,
+    ReferencePoint,
+    RigidBody,
+    Shell,
+    Site,
+)
 from mechanics.dynamics import Motion
 from mechanics.layout import Layout, Side, family_of
 from mechanics.system import Coefficients, System
@@ -20,6 +28,8 @@ Indices = NDArray[np.intp]
 SECTION = ("radius", "thickness", "height", "width", "area", "second_moment_2",
            "second_moment_3", "torsion_constant")  # fmt: skip
 SLOPES = ("r_u", "r_v", "r_uv")
+UNSEEN = Continuum | ReferencePoint | FloatingFrame
+"""What is not drawn as it is."""
 
 
 # ---------------------------------------------------------------------------------- probes
@@ -90,7 +100,7 @@ def bodies(
     found = resultants(system, motion, coef)
     for name, first in layout.node_dofs.items():
         body, kind = layout.bodies[name], layout.kinds[name]
-        if isinstance(body, Continuum | ReferencePoint):
+        if isinstance(body, UNSEEN):
             continue
         nodes = motion.q[first[:, None] + np.arange(kind)].reshape(len(first), -1, 3)
         vectors = dict(zip(family_of(body).vectors, np.moveaxis(nodes, 1, 0), strict=True))
@@ -170,7 +180,7 @@ def attributes(layout: Layout) -> dict[str, dict[str, Any]]:
             own = body.axes @ body.inertia @ np.asarray(body.axes).T
             rows[name] = {"section_kind": "rigid", "element": "rigid", "mass": body.mass,
                           "inertia": own}  # fmt: skip
-        elif not isinstance(body, Continuum | ReferencePoint):
+        elif not isinstance(body, UNSEEN):
             rows[name] = {"section_kind": "point", "element": "particle", "mass": body.mass}
     return rows
 

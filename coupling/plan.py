@@ -111,6 +111,9 @@ def _motion_runs(scene: Scene, system) -> list[tuple[str, str]]:
         text = f"{len(term.dofs)} elements{damping}"
         if family == "continuum":
             text = f"{_in_3d(system, term)}{damping}"
+        elif family == "floating":
+            modes = f"6 static modes and {term.modes.strains.shape[2] - 6} vibrations"
+            text = f"{term.names[0]} in a frame, {modes} of {text}"
         runs.append((f"mechanics.{family}", text))
     runs.append(
         ("mechanics.joints", f"{system.m} constraints on {system.n} coordinates" + _driven(system))

@@ -51,6 +51,7 @@ TOGETHER = 1e-9
 """Distance of two nodes, relative to the size of the body, that is none [-]."""
 TILTED = 1e-6
 """Deviation from unit length or right angle that is none [-]."""
+_RAYLEIGH = "Rayleigh damping does not go with a floating frame; give it a damping time"
 
 
 def check(description: Description) -> list[str]:
@@ -73,6 +74,9 @@ def check(description: Description) -> list[str]:
         problems += [f"joint {joint.name!r}: {p}" for p in _joint(joint, bodies, joints)]
     for load in description.loads:
         problems += [f"load {load.name!r}: {p}" for p in _load(load, bodies)]
+    if description.rayleigh is not None:
+        floating = [b for b in description.bodies if isinstance(b, Beam) and b.modes is not None]
+        problems += [f"body {b.name!r}: {_RAYLEIGH}" for b in floating]
     if not _finite(description.gravity):
         problems.append("gravity is not finite")
     return problems
@@ -119,6 +123,7 @@ def _beam(beam: Beam) -> Iterator[str]:
         if not (isfinite(value) and value > 0.0):
             yield f"the {name} of its section must be positive and finite, got {value:g}"
     yield from _times(beam)
+    yield from _modes(beam)
     points, axes = np.asarray(beam.points, float), np.asarray(beam.axes, float)
     stride = FAMILIES[beam.element].stride
     if len(points) < stride + 1 or (len(points) - 1) % stride:
@@ -133,6 +138,19 @@ def _beam(beam: Beam) -> Iterator[str]:
         product = np.einsum("nij,nkj->nik", axes, axes)
         if np.max(np.abs(product - np.eye(3))) > TILTED:
             yield "a section triad is not orthonormal"
+
+
+def _modes(beam: Beam) -> Iterator[str]:
+    if beam.modes is None:
+        return
+    if beam.element != "beam3243":
+        yield f"a floating frame takes elements beam3243, not {beam.element}"
+    most = 6 * max(len(beam.points) - 2, 0)
+    if not 0 <= beam.modes <= most:
+        yield (
+            f"its {len(beam.points) - 1} elements have from 0 to {most} modes besides those of its "
+            f"ends, not {beam.modes}"
+        )
 
 
 def _coincident(points: Array) -> Iterator[str]:

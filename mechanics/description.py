@@ -37,6 +37,8 @@ class Beam:
     damping_time : float [s]  Kelvin–Voigt time: stress = C (strain + time * strain rate)
     element : name in ``mechanics.elements.FAMILIES``
     velocity, spin : (3,) float [m/s], [rad/s]  initial rigid motion about the origin
+    modes : vibrations, besides six static modes, of linear elasticity in a floating frame
+        (``mechanics.floating``); None: the elements as they are
     """
 
     name: str
@@ -49,6 +51,32 @@ class Beam:
     element: str = "beam3243"
     velocity: Array = field(default_factory=_zeros)
     spin: Array = field(default_factory=_zeros)
+    modes: int | None = None
+
+
+@dataclass(frozen=True)
+class FloatingFrame:
+    """Frame of a beam with ``modes``, and their amplitudes; layouts make it.
+
+    Attributes
+    ----------
+    beam : it starts as the first section of it
+    amplitudes : number of modes, rounded up to vectors of three
+    """
+
+    name: str
+    beam: Beam
+    amplitudes: int
+
+    @property
+    def velocity(self) -> Array:
+        """That of the beam."""
+        return self.beam.velocity
+
+    @property
+    def spin(self) -> Array:
+        """That of the beam."""
+        return self.beam.spin
 
 
 @dataclass(frozen=True)
@@ -698,7 +726,7 @@ class Traction:
     faces: NDArray[np.intp] | None = None
 
 
-Body = Beam | Particle | RigidBody | Shell | Continuum | ReferencePoint
+Body = Beam | Particle | RigidBody | Shell | Continuum | ReferencePoint | FloatingFrame
 Flexible = Beam | Shell | Continuum
 Joint = (
     Clamp | Spherical | Universal | Revolute | Cylindrical | Prismatic | Planar | Distance | Guide

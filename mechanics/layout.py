@@ -20,6 +20,7 @@ from mechanics.description import (
     Clearance,
     Continuum,
     Flexible,
+    FloatingFrame,
     Gear,
     Joint,
     Latch,
@@ -116,6 +117,8 @@ class Layout:
         if len(named) < len(bodies):
             raise ValueError("two bodies have the same name")
         bodies = [placed(b, named) if isinstance(b, ReferencePoint) else b for b in bodies]
+        floating = [b for b in bodies if isinstance(b, Beam) and b.modes is not None]
+        bodies = [*bodies, *map(_frame, floating)]
         named = {body.name: body for body in bodies}
         kinds = {body.name: 3 * len(family_of(body).vectors) for body in bodies}
         node_dofs, start = {}, 0
@@ -192,10 +195,28 @@ class Layout:
         raise IndexError(f"coordinate {coordinate} of {self.ndof}")
 
 
+STATIC_MODES = 6
+"""Modes of a beam in a floating frame besides those asked for: of its last section."""
+
+
+def frame_name(body: str) -> str:
+    """Name of the floating frame of a body."""
+    return f"{body}@frame"
+
+
+def _frame(beam: Beam) -> FloatingFrame:
+    modes = STATIC_MODES + (beam.modes or 0)
+    return FloatingFrame(frame_name(beam.name), beam, 3 * (-(-modes // 3)))
+
+
 def family_of(body: Body) -> Family:
     """The family of a body."""
     if isinstance(body, Flexible):
         return FAMILIES[body.element]
+    if isinstance(body, FloatingFrame):
+        vectors = FAMILIES["rigid"].vectors
+        modes = [f"modes {k + 1} to {k + 3}" for k in range(0, body.amplitudes, 3)]
+        return Family("", (*vectors, *modes), (2, 3))
     if isinstance(body, ReferencePoint):
         return FAMILIES["reference"]
     return FAMILIES["particle" if isinstance(body, Particle) else "rigid"]
@@ -243,6 +264,8 @@ def _triad(body: Body, now: Array, site: Site) -> Array:
         return np.eye(3)
     if isinstance(body, RigidBody | ReferencePoint):
         return np.asarray(body.axes, float)
+    if isinstance(body, FloatingFrame):
+        return np.asarray(body.beam.axes, float)[0]
     if isinstance(body, Beam):
         e1, e2, _ = np.asarray(body.axes, float)[site.node]
         if site.fraction:
@@ -285,6 +308,9 @@ def _vectors(body: Body) -> Array:
         return np.zeros((node_count(body), 0, 3))
     if isinstance(body, RigidBody):
         return np.asarray(body.axes, float)[None]
+    if isinstance(body, FloatingFrame):
+        still = np.zeros((body.amplitudes // 3, 3))
+        return np.vstack([np.asarray(body.beam.axes, float)[0], still])[None]
     if isinstance(body, ReferencePoint):
         return (face_weights(body)[1:] @ np.asarray(body.points, float))[None]
     if isinstance(body, Beam):
@@ -301,6 +327,8 @@ def _places(body: Body) -> Array:
     """(n, 3) [m] reference positions of the nodes."""
     if isinstance(body, Particle | RigidBody):
         return np.asarray(body.position, float)[None]
+    if isinstance(body, FloatingFrame):
+        return np.asarray(body.beam.points, float)[:1]
     if isinstance(body, ReferencePoint):
         return face_weights(body)[:1] @ np.asarray(body.points, float)
     return np.asarray(body.surface.points if isinstance(body, Shell) else body.points, float)
@@ -339,6 +367,8 @@ def _length(body: Body, extent: float) -> float:
     """Size of a body [m]: a rigid one has its radius of gyration, a particle that of the scene."""
     if isinstance(body, Particle | ReferencePoint):
         return extent
+    if isinstance(body, FloatingFrame):
+        return _length(body.beam, extent)
     if isinstance(body, Continuum):
         return float(np.linalg.norm(np.ptp(body.points, axis=0)))
     if isinstance(body, RigidBody):
@@ -352,6 +382,8 @@ def _scales(body: Body, extent: float) -> Array:
     family, length = family_of(body), _length(body, extent)
     node = np.ones(3 * len(family.vectors))
     node[:3] = length
+    if isinstance(body, FloatingFrame):
+        node[12:] = length
     if "r_uv" in family.vectors:
         node[9:] = 1.0 / length
     return np.tile(node, node_count(body))
