@@ -19,6 +19,7 @@ from coupling.places import edge_nodes, shape_of
 from coupling.report_references import check_reports
 from coupling.site_references import check_site, turning_problem
 from coupling.site_tables import GROUND, Site
+from coupling.sweep_references import check_sweeps
 
 
 def check(draft: Draft) -> list[Problem]:
@@ -31,6 +32,7 @@ def check(draft: Draft) -> list[Problem]:
         *check_mechanics(draft),
         *check_ranges(draft),
         *check_reports(draft),
+        *check_sweeps(draft),
         *check_crosscheck(draft),
     ]
 

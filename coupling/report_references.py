@@ -20,11 +20,11 @@ def check_reports(draft: Draft) -> Iterator[Problem]:
             yield Problem(where, "the name is taken by a report that every case has")
         for place, overrides in _overrides(table):
             for path in overrides:
-                text = _path_problem(draft, path)
+                text = path_problem(draft, path)
                 if text:
                     yield Problem(f"{where}.{place}", text)
         for key, sought in table.quantity.items():
-            text = problem_of(draft, sought)
+            text = problem_of(draft, sought.of)
             if text:
                 yield Problem(f"{where}.quantity.{key}.of", text)
 
@@ -39,7 +39,7 @@ def _overrides(table: ReportTable) -> Iterator[tuple[str, Overrides]]:
         yield f"setting[{k}].vary", setting.vary
 
 
-def _path_problem(draft: Draft, path: str) -> str:
+def path_problem(draft: Draft, path: str) -> str:
     """Why an entry cannot be changed; "" as far as can be told without changing it."""
     try:
         made = override(path, None)
@@ -53,6 +53,8 @@ def _path_problem(draft: Draft, path: str) -> str:
         return f"'{path}': there is no table '{first}'{suggestion(first, fields)}"
     if first == "report":
         return f"'{path}': a report cannot change reports"
+    if first in ("sweep", "variant"):
+        return f"'{path}': a run takes no notice of [{first}.NAME]"
     return _inside(draft, made, fields[first])
 
 

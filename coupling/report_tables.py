@@ -17,7 +17,7 @@ from coupling.overrides import literal
 
 Overrides = dict[str, Any]
 """Entries of the case by their paths, such as ``"integrator.tolerance"``, and what to put there."""
-Measure = Literal["final", "max", "min", "mean", "rms", "course"]
+Measure = Literal["final", "max", "min", "mean", "rms", "range", "amplitude", "course"]
 PositiveNumber = Annotated[float, Quantity(quantities.NUMBER, above=0.0)]
 MOST = 200
 """Settings of one report, at most."""
@@ -36,20 +36,26 @@ class Variant(NamedTuple):
         return ", ".join(filter(None, (self.curve, self.name)))
 
 
-class Sought(Table):
-    """[report.NAME.quantity.NAME]: a number to compare."""
+class Measured(Table):
+    """A quantity, and what is measured of it."""
 
     of: str = Field(
-        description="what: probe.NAME.x (y, z, position, vx, ..., ax, ..., temperature), "
-        "body.NAME.mean (gradient), part.NAME.temperature, heat.max (min, mean), ledger.TERM, "
-        "contact.NAME.peak_force (impacts, friction_work, hysteresis), mode.NUMBER.frequency, "
-        "load_factor"
+        description="what: probe.NAME.x (y, z, position, vx, ..., ax, ..., rx, ..., wx, ..., "
+        "temperature), joint.NAME.angle (rate), body.NAME.mean (gradient), part.NAME.temperature, "
+        "heat.max (min, mean), ledger.TERM, contact.NAME.peak_force (impacts, friction_work, "
+        "hysteresis; x, y, vx, vy, force, radius_gap), mode.NUMBER.frequency, load_factor"
     )
     measure: Measure = Field(
         default="final",
-        description="of its values at the ends of the windows; course: all of them, whose largest "
-        "distance from the reference at the same times counts",
+        description="of its values at the ends of the windows; range: max - min; amplitude: half "
+        "of it; course: all of them, whose largest distance from the reference at the same times "
+        "counts",
     )
+
+
+class Sought(Measured):
+    """[report.NAME.quantity.NAME]: a number to compare."""
+
     scale: PositiveNumber | None = Field(
         default=None,
         description="SI; errors are divided by it; default: the size of the reference's value",

@@ -23,6 +23,7 @@ from coupling.mechanics_tables import MechanicsTable
 from coupling.report_tables import ReportTable
 from coupling.section_tables import Section
 from coupling.site_tables import Place
+from coupling.sweep_tables import SweepTable
 from coupling.variant_tables import Variant
 
 Ratio = Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=1.0)]
@@ -300,6 +301,7 @@ class Scene(BaseModel):
     probe: dict[str, Probe] = Field(default_factory=dict)
     output: Output = Field(default_factory=Output)
     report: dict[str, ReportTable] = Field(default_factory=dict)
+    sweep: dict[str, SweepTable] = Field(default_factory=dict)
     variant: dict[str, Variant] = Field(default_factory=dict)
     crosscheck: Crosscheck | None = None
     shapes: SkipJsonSchema[dict[str, Any]] = Field(default_factory=dict)

@@ -420,6 +420,7 @@ def test_json_schema_describes_the_file():
     json.dumps(schema)
     tables = set(tomllib.loads(EVERYTHING))
     others = {"generate", "analysis", "damping", "report", "mechanics", "crosscheck"}
+    others |= {"sweep", "variant"}
     assert set(schema["properties"]) == tables | others
     assert set(schema["required"]) == {"time", "body"}
     wall = schema["$defs"]["Wall"]

@@ -15,7 +15,7 @@ from coupling import casefile
 from coupling.errors import BadCase, Problem
 from coupling.overrides import override, toml
 from coupling.report_quantities import unit_of
-from coupling.report_tables import Overrides, ReportTable, Sought, Variant
+from coupling.report_tables import Measure, Overrides, ReportTable, Sought, Variant
 from coupling.reports.registry import Curve, Picture, Result, Row
 from coupling.reports.timed_runs import DONE, Ran, timed
 from coupling.scene import Scene
@@ -109,7 +109,8 @@ def _scenes(
 def changed(scene: Scene, overrides: Overrides) -> Scene:
     """The case with other entries, and without its reports."""
     raw = tomllib.loads(scene.text)
-    raw.pop("report", None)
+    for made_of_it in ("report", "sweep", "variant"):
+        raw.pop(made_of_it, None)
     made = [override(path, value) for path, value in overrides.items()]
     return casefile.from_text(toml(raw), scene.folder, made)
 
@@ -134,8 +135,12 @@ def _references(
 
 def value(name: str, sought: Sought, ran: Ran) -> Array:
     """(k,) float  what a quantity measures of a run, by all but ``course``."""
-    times, rows = ran.times, ran.values[name]
-    match sought.measure:
+    return measured(sought.measure, ran.times, ran.values[name])
+
+
+def measured(measure: Measure, times: Array, rows: Array) -> Array:
+    """(k,) float  of a course (w, k) at times (w,)."""
+    match measure:
         case "max":
             return rows.max(axis=0)
         case "min":
@@ -145,6 +150,10 @@ def value(name: str, sought: Sought, ran: Ran) -> Array:
         case "rms" if len(times) > 1:
             mean = np.trapezoid(rows**2, times, axis=0) / (times[-1] - times[0])
             return np.sqrt(mean)
+        case "range":
+            return np.ptp(rows, axis=0)
+        case "amplitude":
+            return 0.5 * np.ptp(rows, axis=0)
     return rows[-1]
 
 
