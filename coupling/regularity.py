@@ -10,7 +10,11 @@ None of them settles the matter alone, so that each portrait has all of them:
   1993, 117-134);
 - spectral flatness (Gray & Markel, IEEE Trans. ASSP 22, 1974, 207-217): geometric over arithmetic
   mean of the spectrum, 0 for lines;
-- the spread of stroboscopic points, and after how many periods of the drive they come back.
+- the spread of stroboscopic points at every phase of a drive, and after how many of its periods
+  they come back.
+
+With a drive, chaos is that of what remains when the mean over its periods has been taken off: the
+drive itself is regular, and slow beside what impacts do.
 
 They are free of scale: a joint that is locked leaves round-off, which is irregular. Read them
 together with the extent of the portrait.
@@ -24,7 +28,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-FEWEST = 300
+FEWEST = 200
 """Fewest samples, a decorrelation time apart, for the 0-1 test; 157 of two tones look chaotic."""
 ORDER = 5
 """Values in a ranking of the permutation entropy."""
@@ -41,7 +45,8 @@ MOST_REFERENCES, MOST_CANDIDATES = 400, 4000
 class Regularity(NamedTuple):
     """Numbers of a phase portrait; nan where the samples do not suffice.
 
-    chaos : K of the 0-1 test of y: near 0 regular, near 1 chaotic or noise
+    chaos : K of the 0-1 test of y, with a period of what y has besides its mean over the periods:
+        near 0 regular, near 1 chaotic or noise
     entropy : permutation entropy of y, from 0 to 1, of five values a decorrelation time apart;
         0.3 to 0.5 for one oscillation, 1 for white noise
     flatness : of the spectrum of y up to the decorrelation frequency: 0 lines, 1 white
@@ -91,16 +96,17 @@ def regularity(t: Array, x: Array, y: Array, period: float | None = None) -> Reg
     """
     t, x, y = evenly(np.asarray(t, float), np.asarray(x, float), np.asarray(y, float))
     width, height = float(np.ptp(x)), float(np.ptp(y))
-    spread, periods = (np.nan, 0) if period is None else stroboscopic(t, x, y, period)
+    x = without_trend(x)
+    spread, periods, rest = (np.nan, 0, y) if period is None else stroboscopic(t, x, y, period)
     if height <= 1e-14 * max(1.0, np.abs(y).max()):
         return Regularity(0.0, 0.0, 0.0, 0.0, spread, periods, width, height, len(y))
     delay = decorrelation(y)
-    sparse = y[::delay]
+    sparse = rest[:: decorrelation(rest)]
     return Regularity(
-        chaos=chaos(sparse) if len(sparse) >= FEWEST else np.nan,
+        chaos=0.0 if periods == 1 else chaos(sparse) if len(sparse) >= FEWEST else np.nan,
         entropy=permutation_entropy(y, ORDER, delay),
-        flatness=spectral_flatness(sparse),
-        lyapunov=lyapunov(t[1] - t[0], np.column_stack([without_trend(x), y]), delay),
+        flatness=spectral_flatness(y[::delay]),
+        lyapunov=lyapunov(t[1] - t[0], np.column_stack([x, y]), delay),
         spread=spread,
         periods=periods,
         width=width,
@@ -285,8 +291,10 @@ def _slope(course: Array, saturated: float) -> float:
 # ---------------------------------------------------------------------------------- stroboscope
 
 
-def stroboscopic(t: Array, x: Array, y: Array, period: float) -> tuple[float, int]:
+def stroboscopic(t: Array, x: Array, y: Array, period: float) -> tuple[float, int, Array]:
     """Spread of the points seen once in a period of the drive, and periods until they come back.
+
+    Points are seen at every phase of the drive, not at a chosen one.
 
     Parameters
     ----------
@@ -295,22 +303,33 @@ def stroboscopic(t: Array, x: Array, y: Array, period: float) -> tuple[float, in
 
     Returns
     -------
-    spread : rms distance from their mean over that of the portrait; a steady drift is no spread
+    spread : rms distance from their mean over that of the portrait
     periods : fewest periods after which the points come back, up to eight; 0: they do not
+    rest : (m,) float  y less its mean over the periods, in as many whole periods as there are
     """
-    times = np.arange(t[0], t[-1], period)
-    scale = np.array([without_trend(x).std(), y.std()])
-    if len(times) < 4 or not (scale > 0.0).any():
-        return (0.0, 1) if len(times) >= 4 else (np.nan, 0)
-    seen = np.column_stack([without_trend(np.interp(times, t, x)), np.interp(times, t, y)])
-    seen = seen[:, scale > 0.0] / scale[scale > 0.0]
-    for periods in range(1, min(MOST_PERIODS, len(times) // 3) + 1):
-        if _spread([seen[k::periods] for k in range(periods)]) < CLOSED:
-            return _spread([seen]), periods
-    return _spread([seen]), 0
+    count = int((t[-1] - t[0]) / period * (1.0 + 1e-9))
+    if count < 3:
+        return np.nan, 0, y
+    each = max(8, round(period / (t[1] - t[0])))
+    times = t[0] + period * np.arange(count * each) / each
+    rows = np.stack([np.interp(times, t, row).reshape(count, each) for row in (x, y)])
+    scale = rows.std(axis=(1, 2), keepdims=True)
+    seen = rows / np.where(scale > 0.0, scale, np.inf)
+    rest = (rows[1] - rows[1].mean(axis=0)).ravel()
+    for periods in range(1, min(MOST_PERIODS, count // 3) + 1):
+        if _spread(seen, periods) < CLOSED:
+            return _spread(seen, 1), periods, rest
+    return _spread(seen, 1), 0, rest
 
 
-def _spread(groups: list[Array]) -> float:
-    """Root of the mean square distance of points from the mean of their group, per coordinate."""
-    away = np.concatenate([group - group.mean(axis=0) for group in groups])
-    return float(np.sqrt((away**2).mean()))
+def _spread(seen: Array, periods: int) -> float:
+    """Root of the mean square distance from the mean at the same phase of so many periods.
+
+    seen : (2, count, each)  of x and y
+    """
+    away = [
+        g - g.mean(axis=1, keepdims=True) for g in (seen[:, k::periods] for k in range(periods))
+    ]
+    free = seen.shape[1] - periods
+    squares = sum(float((one**2).sum()) for one in away) / (2 * free * seen.shape[2])
+    return squares**0.5

@@ -64,7 +64,7 @@ def test_two_tones_are_regular_and_do_not_come_back():
 @pytest.mark.parametrize(("amplitude", "periods"), [(0.2, 1), (0.28, 2), (0.29, 4), (0.37, 5)])
 def test_duffing_periodic(amplitude, periods):
     found = regularity(*_duffing(amplitude))
-    assert found.chaos < 0.15 and found.periods == periods
+    assert found.chaos < 0.2 and found.periods == periods
     assert abs(found.lyapunov) < 1e-3
 
 
@@ -113,10 +113,19 @@ def test_what_stands_still_is_regular():
     assert (found.spread, found.periods) == (0.0, 1)
 
 
+def test_what_a_drive_does_not_explain():
+    t = np.arange(20000) * np.pi / 300
+    noise = np.random.default_rng(3).standard_normal(20000)
+    found = regularity(t, np.sin(t), np.cos(t) + 0.1 * noise, 2.0 * np.pi)
+    # white noise of variance 0.01 on one of two coordinates of variance 1/2
+    assert found.spread == pytest.approx((0.5 * 0.01 / 0.51) ** 0.5, rel=0.05)
+    assert found.chaos > 0.95 and found.periods == 0
+
+
 def test_a_steady_drift_is_no_spread():
     t = np.linspace(0.0, 100.0, 5000)
     found = regularity(t, 3.0 * t + np.sin(2.0 * t), 3.0 + 2.0 * np.cos(2.0 * t), np.pi)
-    assert found.spread < 0.01 and found.periods == 1
+    assert found.spread < 0.02 and found.periods == 1
 
 
 def test_too_few_samples_are_unknown():
