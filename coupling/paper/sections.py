@@ -7,6 +7,7 @@ from coupling.paper.entries import Entry
 from coupling.paper.workshop import Workshop
 
 SECTIONS = {
+    "theory": "coupling.paper.theory:entries",
     "table_1": "coupling.paper.table_1:entries",
     "table_2": "coupling.paper.table_2:entries",
     "table_4": "coupling.paper.table_4:entries",

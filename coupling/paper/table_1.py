@@ -20,7 +20,7 @@ PLACES = np.array([-200.0, 25.0, 200.0]) + 273.15
 """Ends of the range of the table and its reference temperature [K]."""
 MEASURED = np.linspace(73.15, 293.15, 45)
 """Where the law is compared with measured values [K]."""
-LAWS = {
+LAWS: dict[str, tuple[str, float]] = {
     "youngs_modulus": ("Young's modulus E [GPa]", 1e9),
     "conductivity": ("conductivity k [W/(m K)]", 1.0),
     "heat_capacity": ("heat capacity c [J/(kg K)]", 1.0),
@@ -39,7 +39,7 @@ def entries(work: Workshop) -> Iterator[Entry]:
     yield _secant(paper, physical)
 
 
-def _law(key: str, name: str, unit: str, paper: Material, physical: Material) -> Entry:
+def _law(key: str, name: str, unit: float, paper: Material, physical: Material) -> Entry:
     law, measured = getattr(paper, key)(MEASURED) / unit, getattr(physical, key)(MEASURED) / unit
     fit = determination(law, measured)
     worst = int(np.argmax(np.abs(law / measured - 1.0)))
@@ -81,7 +81,7 @@ def _density(paper: Material) -> Entry:
     ratios = paper.density_law(PLACES) / paper.density - 1.0
     alpha = float(paper.expansion(298.15))
     return Entry(
-        "Eq. 1, Table 1",
+        "Table 1",
         "density over temperature, coefficient -2e-5 1/K",
         "-2e-5 1/K",
         f"a mass matrix with it makes {100 * ratios[0]:+.2f} % of mass at -200 degC and "

@@ -75,7 +75,7 @@ def _restitution(work: Workshop) -> Entry:
     shown = ", ".join(f"{name} {value:.3f}" for name, value in delivered.items())
     formula = relation(FACTORS["hua2026"](RESTITUTION))
     return Entry(
-        "Eq. 16",
+        "Sec. 2.3.3",
         f"restitution that the damping factor 3(1 - e^2)/(2e) delivers at e = {RESTITUTION:g}",
         f"{RESTITUTION:g}",
         f"{delivered['hua2026']:.3f} in impacts computed here, {formula:.3f} by the energy "
@@ -114,7 +114,7 @@ def _contact_radius() -> Entry:
     external, internal = RADIUS * outer / (RADIUS + outer), RADIUS * outer / CLEARANCE
     ratio = np.sqrt(internal / external)
     return Entry(
-        "Eq. 17",
+        "Sec. 2.3.3",
         "radius of contact of a pin in its bore, R = 10 mm, c = 0.1 mm",
         "R1 R2/(R1 + R2)",
         number(1e3 * external, "mm") + ": two balls side by side",
@@ -132,10 +132,10 @@ def _elastic_impact(work: Workshop) -> Entry:
     printed = (15 / 16) / (5 / 4)
     depth, force = checks[0][1:], checks[1][1:]
     return Entry(
-        "Eq. 18",
+        "Sec. 2.3.3",
         "largest penetration and force of an elastic impact",
         "(15/16 m v^2/K)^(2/5), K^(2/5)(15/16 m v^2)^(3/5)",
-        f"{printed**0.4:.3f} and {printed**0.6:.3f} times what the law of Eq. 16 gives: it stores "
+        f"{printed**0.4:.3f} and {printed**0.6:.3f} times what its law gives: it stores "
         f"{100 * printed:.0f} % of the kinetic energy",
         f"5/4 in the place of 15/16: penetration {number(depth[0], 'm')} ({number(depth[1], 'm')} "
         f"by Hertz), force {number(force[0], 'N')} ({number(force[1], 'N')}), steel ball at 1 m/s",
