@@ -23,6 +23,18 @@ zero: phi is found from the strains, and their stiffness is less by what phi giv
 import numpy as np
 from numba import njit
 
+from mechanics.beam3243_lanes import (
+    DAMPING,
+    MOVING,
+    RATES,
+    STILL,
+    TINY,
+    VECTORS,
+    damped_energies,
+    damped_forces,
+    still_energies,
+    still_forces,
+)
 from mechanics.beam3243_tables import (
     A2,
     AHEAD,
@@ -59,9 +71,7 @@ from mechanics.beam3243_tables import (
     TURN,
 )
 from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
-
-TINY = 1e-300
-"""Added to a stiffness that is zero where an element is left without any."""
+from mechanics.lanes import WIDTH
 
 
 @njit(cache=True, error_model="numpy")
@@ -208,25 +218,6 @@ def _divide_stresses(eps, S):
 
 
 @njit(cache=True, error_model="numpy")
-def _forces(X, arms, S, f):
-    """Forces (21,) of the stresses of the measures."""
-    f[:] = 0.0
-    for m in range(FACTOR.size):
-        j, k, s = 3 * LEFT[m], 3 * RIGHT[m], FACTOR[m] * S[ROW[m]]
-        for i in range(3):
-            f[j + i] += s * X[k + i]
-            f[k + i] += s * X[j + i]
-    for g in range(4):
-        for k in range(2):
-            arm, s = arms[2 * g + k], S[POINT_ROW[g, k]]
-            for i in range(3):
-                for m in range(3):
-                    f[3 * AXIS[m] + i] += AHEAD[g, m] * s * arm[3 + i]
-                for m in range(2):
-                    f[9 * m + 6 + 3 * k + i] += ENDS[g, m] * s * arm[6 + i]
-
-
-@njit(cache=True, error_model="numpy")
 def evaluate(q, v, ints, floats, strains, rates):
     """Strains and their rates (n_e, 18) of all elements."""
     X, V, arms = np.empty(21), np.empty(21), np.empty((8, 10))
@@ -240,46 +231,73 @@ def evaluate(q, v, ints, floats, strains, rates):
             strains[e, r], rates[e, r] = eps[OF[r]], rate[OF[r]]
 
 
+@njit(cache=True, error_model="numpy")
+def _damped(floats, first):
+    """Whether any of ``WIDTH`` elements is damped."""
+    found = False
+    for e in range(first, min(first + WIDTH, len(floats))):
+        found = found or floats[e, 1] > 0.0
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _load(y, v, coef, ints, floats, first, damped, source):
+    """What ``WIDTH`` elements from ``first`` on are computed from; the last one stands for those
+    that there are not."""
+    columns = 3 * STRAINS if damped else 2 * STRAINS
+    X, start = np.empty(21), MOVING if damped else STILL
+    for k in range(WIDTH):
+        e = min(first + k, len(floats) - 1)
+        source[DAMPING * WIDTH + k] = floats[e, 1]
+        _gather(y, ints, e, floats[e, 0], X)
+        for i in range(21):
+            source[(VECTORS + i) * WIDTH + k] = X[i]
+        if damped:
+            _gather(v, ints, e, floats[e, 0], X)
+            for i in range(21):
+                source[(RATES + i) * WIDTH + k] = X[i]
+        for r in range(columns):
+            source[(start + r) * WIDTH + k] = coef[e, r]
+
+
 @kernel(FORCE)
 def add_force(y, v, coef, ints, floats, out):
     """Add the sum over strains of stress times gradient to ``out``."""
-    X, V, arms, f = np.empty(21), np.empty(21), np.empty((8, 10)), np.empty(21)
-    eps, rate, S, U = np.empty(ROWS), np.zeros(ROWS), np.empty(ROWS), np.empty((4, 4))
-    for e in range(len(floats)):
-        L, tau = floats[e, 0], floats[e, 1]
-        _gather(y, ints, e, L, X)
-        _strains(X, eps, arms)
-        if tau > 0.0:
-            _gather(v, ints, e, L, V)
-            _rates(X, V, eps, arms, rate)
-        _stresses(coef[e], tau, eps, rate, S, U)
-        _pass_on(eps, S, SWEEP[1], SWEEP[2])
-        _divide_stresses(eps, S)
-        _pass_on(eps, S, SWEEP[0], SWEEP[1])
-        _forces(X, arms, S, f)
-        a, b = ints[e, 0], ints[e, 1]
-        for i in range(3):
-            out[a + i] -= f[i] / L
-            out[b + i] += f[i] / L
-        for i in range(9):
-            out[a + 3 + i] += f[3 + i]
-            out[b + 3 + i] += f[12 + i]
+    source, f = np.empty((MOVING + 3 * STRAINS) * WIDTH), np.empty(21 * WIDTH)
+    for first in range(0, len(floats), WIDTH):
+        damped = _damped(floats, first)
+        _load(y, v, coef, ints, floats, first, damped, source)
+        if damped:
+            damped_forces(source, f)
+        else:
+            still_forces(source, f)
+        for k in range(min(WIDTH, len(floats) - first)):
+            e = first + k
+            a, b, L = ints[e, 0], ints[e, 1], floats[e, 0]
+            for i in range(3):
+                out[a + i] -= f[i * WIDTH + k] / L
+                out[b + i] += f[i * WIDTH + k] / L
+            for i in range(9):
+                out[a + 3 + i] += f[(3 + i) * WIDTH + k]
+                out[b + 3 + i] += f[(12 + i) * WIDTH + k]
 
 
 @kernel(ENERGY)
 def add_energy(y, v, coef, ints, floats, out):
     """Add elastic energy, and powers lost in damping and done by it on changing free strains."""
-    strains, rates = np.empty((len(floats), STRAINS)), np.empty((len(floats), STRAINS))
-    evaluate(y, v, ints, floats, strains, rates)
-    for e in range(len(floats)):
-        for r in range(STRAINS):
-            stiffness, free, heated = coef[e, r], coef[e, STRAINS + r], coef[e, 2 * STRAINS + r]
-            viscous = floats[e, 1] * stiffness * (rates[e, r] - heated)
-            out[0] += 0.5 * stiffness * (strains[e, r] - free) ** 2
-            out[1] += viscous * (rates[e, r] - heated)
-            out[2] += viscous * heated
-        slope, stiffness = _relief(coef[e], strains[e, BENDING:])
-        out[0] -= 0.5 * slope * slope / stiffness
+    source, found = np.empty((MOVING + 3 * STRAINS) * WIDTH), np.zeros(3 * WIDTH)
+    for first in range(0, len(floats), WIDTH):
+        damped = _damped(floats, first)
+        _load(y, v, coef, ints, floats, first, damped, source)
+        if damped:
+            damped_energies(source, found)
+        else:
+            still_energies(source, found)
+        for k in range(min(WIDTH, len(floats) - first)):
+            out[0] += found[k]
+            if damped:
+                out[1] += found[WIDTH + k]
+                out[2] += found[2 * WIDTH + k]
 
 
 # -- tangent ---------------------------------------------------------------------------------------
