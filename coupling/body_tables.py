@@ -84,7 +84,8 @@ class LineBody(Table):
     )
     modes: Annotated[int, Count(least=0)] | None = Field(
         default=None,
-        description="of a floating frame: vibrations with both ends held, besides six static modes",
+        description="of a floating frame: vibrations with both ends held, a multiple of 3, besides "
+        "six static modes",
     )
     normal: Direction | None = Field(default=None, description=NORMAL)
     section: str = Field(description="name of a [section.NAME]")
@@ -138,7 +139,9 @@ class LineBody(Table):
             word = "cable" if self.kind == "cable" else f"beam of element {self.family}"
             yield "formulation", f"does not go with a {word}: a floating frame takes beam3243"
         elif self.modes is None:
-            yield "modes", "missing (vibrations besides six static modes; 0 or more)"
+            yield "modes", f"missing ({type(self).model_fields['modes'].description})"
+        elif self.modes % 3:
+            yield "modes", f"expected a multiple of 3, got {self.modes}"
         elif self.elements is not None and self.modes > 6 * (self.elements - 1):
             most = 6 * (self.elements - 1)
             yield "modes", f"{self.elements} elements have {most} at most, got {self.modes}"

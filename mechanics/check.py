@@ -146,10 +146,10 @@ def _modes(beam: Beam) -> Iterator[str]:
     if beam.element != "beam3243":
         yield f"a floating frame takes elements beam3243, not {beam.element}"
     most = 6 * max(len(beam.points) - 2, 0)
-    if not 0 <= beam.modes <= most:
+    if not 0 <= beam.modes <= most or beam.modes % 3:
         yield (
             f"its {len(beam.points) - 1} elements have from 0 to {most} modes besides those of its "
-            f"ends, not {beam.modes}"
+            f"ends, by threes, not {beam.modes}"
         )
 
 

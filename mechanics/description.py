@@ -37,8 +37,8 @@ class Beam:
     damping_time : float [s]  Kelvin–Voigt time: stress = C (strain + time * strain rate)
     element : name in ``mechanics.elements.FAMILIES``
     velocity, spin : (3,) float [m/s], [rad/s]  initial rigid motion about the origin
-    modes : vibrations, besides six static modes, of linear elasticity in a floating frame
-        (``mechanics.floating``); None: the elements as they are
+    modes : vibrations (a multiple of 3), besides six static modes, of linear elasticity in a
+        floating frame (``mechanics.floating``); None: the elements as they are
     """
 
     name: str
@@ -61,7 +61,7 @@ class FloatingFrame:
     Attributes
     ----------
     beam : it starts as the first section of it
-    amplitudes : number of modes, rounded up to vectors of three
+    amplitudes : number of modes, three in a vector
     """
 
     name: str
@@ -617,6 +617,18 @@ class ClearanceTranslational:
 
 
 @dataclass(frozen=True)
+class Preload:
+    """Sprung rollers or pads all around, at the mouth and at the end of the inner tube inside.
+
+    force : [N]  sum of what the pads of one ring press with, both tubes concentric, as made
+    stiffness : [N/m]  of one ring sideways: half of the sum of those of its pads
+    """
+
+    force: float
+    stiffness: float
+
+
+@dataclass(frozen=True)
 class Telescope:
     """A tube (``inner``) in a tube (``outer``) with clearance; both bend, contact travels.
 
@@ -626,6 +638,7 @@ class Telescope:
     inner, outer : names of beams;  mouth : "start" or "end" of the outer one
     radius : float [m]  outer radius of the inner tube;  clearance : float [m]  radial
     stations : of contact in each element of the inner tube, its nodes aside
+    preload : None: no pads but the walls
     """
 
     name: str
@@ -638,6 +651,7 @@ class Telescope:
     stations: int = 0
     contact: NormalContact = field(default_factory=NormalContact)
     friction: Friction | None = None
+    preload: Preload | None = None
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from mechanics import floating_kernels as kernels
 from mechanics import rigid
 from mechanics.beam3243_tables import AXIAL, BENDING, SHEAR, STRAINS, TORSION
 from mechanics.description import Beam
-from mechanics.floating_kernels import DIRECTION, FRAME, HEAD, OWN, PLACE, USED
+from mechanics.floating_kernels import DIRECTION, FRAME, OWN, PLACE, USED
 from mechanics.floating_modes import Modes, modes_of
 from mechanics.layout import Layout, frame_name
 
@@ -55,21 +55,13 @@ class FloatingBeam:
         self.dofs = self._own.dofs + layout.node_dofs[beam.name][0]
         name = frame_name(beam.name)
         first = int(layout.node_dofs[name][0]) + FRAME
-        amplitudes = layout.kinds[name] - FRAME
-        self.pattern_dofs = (first + np.arange(amplitudes, dtype=np.intp))[None]
+        amplitudes = np.arange(layout.kinds[name] - FRAME, dtype=np.intp)
+        self.pattern_dofs = (first + amplitudes)[None]
         self.ints = np.full((len(self.names), 1), first, np.int64)
-        spare = amplitudes - self.modes.strains.shape[2]
-        B = np.pad(self.modes.strains[:, :USED], ((0, 0), (0, 0), (0, spare)))
-        stiffness = np.einsum("er,ern->n", self._at_rest(beam)[:, :USED], B**2).max()
-        head = np.zeros((len(B), HEAD))
-        head[:, 0] = beam.damping_time
-        head[0, 1:] = stiffness, spare
-        row = [head, self.modes.reference[:, :USED], B.reshape(len(B), -1)]
+        damping = np.full((len(self.names), 1), float(beam.damping_time))
+        B = self.modes.strains[:, :USED].reshape(len(damping), -1)
+        row = [damping, self.modes.reference[:, :USED], B]
         self.floats = np.ascontiguousarray(np.hstack(row))
-
-    def _at_rest(self, beam: Beam) -> Array:
-        T = np.tile([beam.reference_temperature, 0.0, 0.0], (len(self._rows), 1))
-        return self._own.coefficients(T)
 
     def coefficients(self, T: Array) -> Array:
         """Stiffness, free strain and its rate (zero) of each strain, (n_e, 54)."""
@@ -87,7 +79,6 @@ class FloatingBeam:
         """Section resultants N, Q2, Q3, Mt, M2, M3 of each element, (n_e, 6) [N, N m]."""
         p, rate = y[self.pattern_dofs[0]], v[self.pattern_dofs[0]]
         B = self.modes.strains
-        p, rate = p[: B.shape[2]], rate[: B.shape[2]]
         viscous = self.floats[:, :1] * (B @ rate - coef[:, 2 * STRAINS :])
         free = coef[:, STRAINS : 2 * STRAINS] - self.modes.reference
         S = coef[:, :STRAINS] * (B @ p - free + viscous)
@@ -179,9 +170,7 @@ def _ties(layout: Layout, name: str, modes: Modes, first: int) -> Held:
         np.concatenate([np.full(count, OWN), part]), np.tile(row, 2),
         np.concatenate([at, np.full(count, start)]),
     ])  # fmt: skip
-    spare = kind - FRAME - modes.shapes.shape[3]
-    shapes = np.pad(modes.shapes.reshape(count, 3, -1), ((0, 0), (0, 0), (0, spare)))
-    floats = np.hstack([modes.places.reshape(count, 3), shapes.reshape(count, -1)])
+    floats = np.hstack([modes.places.reshape(count, 3), modes.shapes.reshape(count, -1)])
     names = [f"{name} node {k}" for k in np.arange(count) // vectors]
     return Held(
         "ties to a frame", [*names, *names], dofs, ints.astype(np.int64),

@@ -2,9 +2,8 @@
 
 Elements. The strains of an element are linear in the amplitudes p of the n modes, e = B p; stress,
 damping and energy follow from coefficients as of the beam itself, but for the ``USED`` first
-strains only: sections are rigid. ints: first amplitude. floats: damping time [s], stiffness [N/m]
-of amplitudes beyond those of the body, their number, strains of the reference (USED), B (USED, n)
-[1/m]. coef: stiffness, free strain and its rate, STRAINS of each.
+strains only: sections are rigid. ints: first amplitude. floats: damping time [s], strains of the
+reference (USED), B (USED, n) [1/m]. coef: stiffness, free strain and its rate, STRAINS of each.
 
 Ties, Phi = vector - (r + sum of c_i e_i), c_i = X_i + S_i p, of every vector of every node in two
 parts, which do not know one another in the pattern of the system. ints: part, multiplier, first
@@ -18,7 +17,7 @@ from mechanics.kernels import ENERGY, FORCE, TANGENT, kernel
 
 OWN, PLACE, DIRECTION = 0, 1, 2
 """Parts of ties: the vector of the node; what a position, or a direction, must be."""
-HEAD = 3
+HEAD = 1
 """Numbers of an element before the strains of the reference."""
 FRAME = 12
 """Coordinates of a frame before the amplitudes: r, e1, e2, e3."""
@@ -29,8 +28,6 @@ def add_force(y, v, coef, ints, floats, out):
     n = (floats.shape[1] - HEAD) // USED - 1
     for e in range(len(ints)):
         p, tau, row = ints[e, 0], floats[e, 0], floats[e, HEAD:]
-        for j in range(n - int(floats[e, 2]), n):
-            out[p + j] += floats[e, 1] * y[p + j]
         for r in range(USED):
             B = row[USED + n * r : USED + n * (r + 1)]
             strain, rate = row[r], 0.0
@@ -66,8 +63,6 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
     at = slots[0]
     for e in range(len(ints)):
         factor, row = cK + cC * floats[e, 0], floats[e, HEAD:]
-        for j in range(n - int(floats[e, 2]), n):
-            data[at[n * j + j]] += cK * floats[e, 1]
         for r in range(USED):
             B = row[USED + n * r : USED + n * (r + 1)]
             for i in range(n):

@@ -205,8 +205,7 @@ def frame_name(body: str) -> str:
 
 
 def _frame(beam: Beam) -> FloatingFrame:
-    modes = STATIC_MODES + (beam.modes or 0)
-    return FloatingFrame(frame_name(beam.name), beam, 3 * (-(-modes // 3)))
+    return FloatingFrame(frame_name(beam.name), beam, STATIC_MODES + (beam.modes or 0))
 
 
 def family_of(body: Body) -> Family:
