@@ -14,6 +14,7 @@ from mechanics.description import (
     Body,
     BoreContact,
     Clearance,
+    ClearanceRevolute,
     Continuum,
     Cylindrical,
     Description,
@@ -41,7 +42,7 @@ from mechanics.layout import node_count
 
 Array = NDArray[np.float64]
 
-TURNING = (Revolute, Cylindrical)
+TURNING = (Revolute, Cylindrical, ClearanceRevolute)
 SLIDING = (Prismatic, Cylindrical)
 _LENGTHS = (
     "radius", "clearance", "length", "height", "width", "corner_radius", "axial_clearance",
