@@ -36,6 +36,8 @@ def _quantities(draft: Draft, where: str, table: SweepTable) -> Iterator[Problem
     for key, portrait in table.portrait.items():
         asked += [(f"portrait.{key}.{axis}", getattr(portrait, axis)) for axis in "xy"]
     for place, of in asked:
+        if table.variant:
+            continue  # it may be another analysis: of the points
         text = problem_of(draft, of)
         if not text and width_of(of) > 1:
             text = f"'{of}' is a vector; take one component, such as {of.rpartition('.')[0]}.z"
