@@ -3,7 +3,7 @@
 Nothing heavy is imported before a command needs it: help answers at once.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
@@ -563,6 +563,81 @@ def crosscheck(
     for failure in failures:
         _complain(failure)
     raise typer.Exit(FAILED if failures else DONE)
+
+
+@app.command(epilog="Example:  thermobody sweep cases/boom_temperature --workers 2")
+def sweep(
+    case: CaseArgument,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help="[sweep.NAME] of the case; without: all of them."),
+    ] = None,
+    settings: SetOption = None,
+    variants: VariantOption = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", min=1, help="Local processes; without: one for each core."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Of a Dask cluster in place of local processes, such as tcp://127.0.0.1:8786.",
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on in the newest folder of each sweep.")
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            metavar="DIR",
+            help="Where NAME/001, ... go; default: results/sweeps in the case folder.",
+        ),
+    ] = None,
+) -> None:
+    """Run a case at many points: grids, and designs of experiments with their effects.
+
+    Makes NAME/001, 002, ... with table.csv, table.md, pictures, and a file of each point. A point
+    that fails does not stop the others: the exit code is 3 then. Ctrl-C keeps what is done, and
+    --resume goes on from there; of a case that has changed it takes the points that have not.
+    """
+    with _answering():
+        from coupling import casefile
+
+        scene = casefile.read(case, settings or (), variants or ())
+        parent = output or scene.folder / "results" / "sweeps"
+        _check_writable(parent)
+        _sweep(scene, names or (), parent, workers, scheduler, resume)
+
+
+def _sweep(
+    scene: "Scene",
+    names: Sequence[str],
+    parent: Path,
+    workers: int | None,
+    scheduler: str | None,
+    resume: bool,
+) -> None:
+    from coupling.sweeps import command
+
+    out, failed = _out(), False
+    try:
+        made = command.run(scene, names, parent, workers, scheduler, resume, out)
+    except KeyboardInterrupt:
+        _complain(f"interrupted; the points done are under {parent}, --resume goes on from there")
+        raise typer.Exit(INTERRUPTED) from None
+    for folder, done in made:
+        _tell(out, list(done.files))
+        for failure in done.failures:
+            _complain(f"{done.name}: {failure}")
+        failed = failed or bool(done.failures)
+        out.print(f"results in {folder}", markup=False)
+    raise typer.Exit(STOPPED if failed else DONE)
 
 
 @app.command(epilog="Example:  thermobody report ring_truss levels")
