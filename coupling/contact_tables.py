@@ -72,7 +72,7 @@ class Contact(Table):
     stiffness: Literal["hertz-external", "hertz-internal", "cylinder", "linear"] = Field(
         default="hertz-external",
         description="-external: radii as in the paper; -internal: pin in a bore; cylinder: "
-        "conformal, of joints with a bore that has a length",
+        "conformal, of joints with a bore that has a length, and of telescopes",
     )
     value: Annotated[float, StiffnessValue()] | None = Field(
         default=None,
@@ -322,6 +322,17 @@ class ClearanceTranslational(_Sided):
             yield "corner_radius", f"must not exceed half of the slider, {0.5 * smallest:g} m"
 
 
+class Preload(Table):
+    """Rings of sprung rollers or pads, at the mouth and at the end of the inner tube inside."""
+
+    force: Annotated[float, Quantity(quantities.FORCE, above=0.0)] = Field(
+        description="sum of what the pads of one ring press with, tubes concentric"
+    )
+    stiffness: Annotated[float, Quantity(quantities.STIFFNESS, above=0.0)] = Field(
+        description="of one ring sideways"
+    )
+
+
 class Telescope(_Loose):
     """A tube in a tube: both bend, and the places where they touch travel."""
 
@@ -336,14 +347,12 @@ class Telescope(_Loose):
     stations: Annotated[int, Count(least=0, most=1000)] = Field(
         default=0, description="places of contact within each element of the inner tube"
     )
+    preload: Preload | None = Field(default=None, description="absent: the walls alone guide")
 
     def odd_values(self) -> Iterator[tuple[str, str]]:
         yield from _wide(self.clearance, self.radius, "the radius of the inner tube")
         if self.inner == self.outer:
             yield "outer", "is the inner tube as well; expected another body"
-        if self.contact.stiffness == "cylinder":
-            text = "a telescope has no bore of a given length; take a Hertz stiffness or 'linear'"
-            yield "contact.stiffness", text
 
 
 Sided = ClearanceRevolute | ClearanceSpherical | ClearanceCylindrical | ClearanceTranslational

@@ -26,7 +26,7 @@ ORBITS = {PLANAR: 2, END: 2, BALL: 3, TUBE: 3}
 FIRST = "end_1"
 """Label of the contact of a spatial revolute joint that carries what belongs to the joint."""
 MOUTH = "mouth"
-"""Label of the contact of a telescope that stays in its place on the outer tube."""
+"""How labels of the contacts of a telescope begin that stay in their place on the outer tube."""
 
 
 class Contact(NamedTuple):
@@ -252,7 +252,7 @@ def _tubes(scene: Scene, contact: Contact, table: contact_tables.Telescope) -> d
         "radius": table.radius, "bearing_body": table.outer, "journal_body": table.inner,
         "station": contact.station,
     }  # fmt: skip
-    if contact.label != MOUTH:
+    if not contact.label.startswith(MOUTH):
         return rows
     along = scene.shapes[table.outer].along
     return rows | {"mouth": float(along[0 if table.mouth == "start" else -1])}

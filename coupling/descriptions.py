@@ -300,8 +300,9 @@ def _clearance(scene: Scene, name: str, table: contact_tables.Sided) -> motion.C
 
 
 def _telescope(name: str, table: contact_tables.Telescope) -> motion.Telescope:
-    sizes = {key: value for key, value in table if key != "kind"}
-    return motion.Telescope(name, **sizes | _laws(table))
+    sizes = {key: value for key, value in table if key not in ("kind", "preload")}
+    pads = None if table.preload is None else motion.Preload(**table.preload.model_dump())
+    return motion.Telescope(name, **sizes | _laws(table), preload=pads)
 
 
 def _laws(table: contact_tables.Loose) -> dict[str, Any]:

@@ -91,7 +91,7 @@ def law_columns(
     radius: float,
     clearance: float,
     length: float | None,
-    share: float,
+    share: Value,
     E1: Value,
     nu1: Value,
     E2: Value,
@@ -105,7 +105,7 @@ def law_columns(
     clearance : float [m]  at the reference temperature: the radii behind the stiffness are those of
         the reference, so that it stays defined where the joint has seized; infinite for a plane
     length : float | None [m]  of the cylinder; a given value of its law is π E* L
-    share : part of the load that the point carries
+    share : part of the load that the point carries, or of the length (array: of several points)
     E1, nu1, E2, nu2 : elastic constants [N/m^2], [-] of journal and bearing, float or (n,)
     """
     cylinder = contact.stiffness == "cylinder"

@@ -8,6 +8,19 @@ on the other tube. Rims are round (radius ``RIM``): beyond an end the bore widen
 the distance, so that a station that comes or goes under load loses it steadily, without a loss of
 energy. ``mechanics.telescope_kernels`` has the forces.
 
+Normal laws hold for each station; that of a cylinder in a bore (Johnson 1985, sec. 5.6) is one of
+a line contact: a station has π E* times its tributary length, the mouth that of half the mean
+distance of stations. It knows two half-spaces, pressed in by δ = F/(π E* L) (ln(P/F) - 1), and
+leaves out that walls are thin. A tube of radius R and wall t that is pressed at one place ovalises
+by 6.5 F/(E t) (R/t)^1.5 (L/R)^-0.75 (Young & Budynas 2002, table 13.3): with R = 0.27 m, t = 2 mm
+and L = 65.5 m of aluminium 1.2 um/N, five orders more than the law of the cylinder with a metre of
+contact. Where that matters, give such a stiffness to a linear law.
+
+Pads or rollers of a preload are a ring of many springs. While all touch, their sum N0 does not
+depend on where the tube is, and sideways they are a spring of stiffness K; as a contact with
+N² = N0² + (K D)², force K D towards the middle and friction up to μ N, without a moment about the
+axis. Thermal strain that closes the clearance presses them by half of 2 K for each metre.
+
 Friction, slip and bristles are measured along the axes of the outer section: along the tube and
 twice across it.
 """
@@ -37,7 +50,7 @@ from mechanics.contact_laws import (
     STATIC,
     K,
 )
-from mechanics.description import Beam, Telescope
+from mechanics.description import Beam, NormalContact, Telescope
 from mechanics.elements import FAMILIES
 from mechanics.layout import Layout, family_of
 from mechanics.line_elements import node_places
@@ -97,6 +110,7 @@ class Station(NamedTuple):
     """A section of one tube that may touch the other.
 
     sign : 1 of the inner tube, -1 of the outer one;  node, fraction : where
+    length : [m]  of its own tube that is its part;  pads : whether it is a ring of sprung pads
     """
 
     joint: Telescope
@@ -106,6 +120,13 @@ class Station(NamedTuple):
     sign: float
     node: int
     fraction: float = 0.0
+    length: float = 0.0
+    pads: bool = False
+
+    @property
+    def kind(self) -> tuple[str, float, bool]:
+        """What stations have in common that are looked at together."""
+        return self.joint.name, self.sign, self.pads
 
     @property
     def place(self) -> float:
@@ -181,7 +202,7 @@ class Telescopes:
         """
         found = np.zeros((len(self.stations), SLOT + PLACED * (self.floats.shape[1] - LENGTHS)))
         start = 0
-        for _, group in groupby(self.stations, key=lambda s: (s.joint.name, s.sign)):
+        for _, group in groupby(self.stations, key=lambda s: s.kind):
             stations = list(group)
             values = _coefficients(stations, T[:, 0])
             rows = slice(start, start + len(stations))
@@ -275,17 +296,37 @@ def _stations(joint: Telescope, layout: Layout) -> list[Station]:
     inner, outer = _tube(joint.inner, layout), _tube(joint.outer, layout)
     if joint.inner == joint.outer:
         raise ValueError("a tube does not slide in itself")
+    share = np.diff(inner.lengths) / (joint.stations + 1)
+    halves = 0.5 * (np.append(share, 0.0) + np.append(0.0, share))
     along = [
-        Station(joint, f"node_{node:02d}", inner, outer, 1.0, node)
+        Station(joint, f"node_{node:02d}", inner, outer, 1.0, node, length=float(halves[node]))
         for node in range(len(inner.nodes))
     ]
     between = [
-        Station(joint, f"station_{e:02d}_{k}", inner, outer, 1.0, e, k / (joint.stations + 1))
+        Station(
+            joint, f"station_{e:02d}_{k}", inner, outer, 1.0, e, k / (joint.stations + 1),
+            float(share[e]),
+        )
         for e in range(len(inner.nodes) - 1)
         for k in range(1, joint.stations + 1)
-    ]
+    ]  # fmt: skip
     end = 0 if joint.mouth == "start" else len(outer.nodes) - 1
-    return [*along, *between, Station(joint, "mouth", outer, inner, -1.0, end)]
+    rim = Station(joint, "mouth", outer, inner, -1.0, end, length=0.5 * float(share.mean()))
+    pads = [] if joint.preload is None else _pads(rim, _heel(inner, outer, end))
+    return [*along, *between, rim, *pads]
+
+
+def _heel(inner: Tube, outer: Tube, end: int) -> int:
+    """Node at the end of the inner tube that is nearer to the bottom of the outer one."""
+    ends = 0, len(inner.nodes) - 1
+    bottom = outer.body.points[-1 if end == 0 else 0]
+    return min(ends, key=lambda node: float(np.linalg.norm(inner.body.points[node] - bottom)))
+
+
+def _pads(rim: Station, heel: int) -> list[Station]:
+    """Rings of pads at the mouth and at the inner end of the inner tube."""
+    inner = Station(rim.joint, "heel_pads", rim.other, rim.own, 1.0, heel, pads=True)
+    return [rim._replace(label="mouth_pads", pads=True), inner]
 
 
 def _tube(name: str, layout: Layout) -> Tube:
@@ -306,8 +347,9 @@ def _check(joint: Telescope) -> None:
         raise ValueError("radius and clearance are positive, the number of stations not negative")
     if why := contact.refusal(law, friction):
         raise ValueError(why)
-    if law.stiffness == "cylinder":
-        raise ValueError("stations are points, to which the law of a cylinder in a bore is foreign")
+    pads = joint.preload
+    if pads is not None and not (pads.force > 0.0 and pads.stiffness > 0.0):
+        raise ValueError("force and stiffness of a preload are positive")
 
 
 def _check_inside(stations: Sequence[Station], feet: Array) -> None:
@@ -349,7 +391,7 @@ def _bands(stations: Sequence[Station], start: Array, feet: Array) -> NDArray[np
     the bands of most stations change at the same time, and only once in an element.
     """
     found, at = np.zeros(len(stations), np.int64), 0
-    for _, group in groupby(stations, key=lambda s: (s.joint.name, s.sign)):
+    for _, group in groupby(stations, key=lambda s: s.kind):
         members = list(group)
         rows, other = slice(at, at + len(members)), members[0].other
         at += len(members)
@@ -405,23 +447,38 @@ def _coefficients(stations: Sequence[Station], T: Array) -> Array:
     found[..., ACTIVE] = 1.0
     found[..., CLEARANCE] = contact.thermal_clearance(joint.clearance, joint.radius, *strains)
     found[..., RADIUS] = joint.radius * (1.0 + strains[0])
-    for column, value in enumerate(_normal(joint, tubes, at), LAW):
+    for column, value in enumerate(_normal(stations, tubes, at), LAW):
         found[..., column] = value
     means, which = np.unique(0.5 * (at[0] + at[1]), return_inverse=True)
     rubbing = [contact.friction_columns(joint.friction, float(t)) for t in means]
     found[..., FRICTION:CORE] = np.array(rubbing)[which.reshape(at[0].shape)]
     found[..., CORE] = CENTRE * joint.clearance
+    if stations[0].pads:
+        found[..., CORE] *= -1.0
+        found[..., CLEARANCE] = _sprung(joint, found[..., CLEARANCE])
     return found
 
 
+def _sprung(joint: Telescope, clearance: Array) -> Array:
+    """Clearance of a ring of pads that is N0/K below zero, or the way to the pads."""
+    assert joint.preload is not None
+    free = clearance - joint.clearance - 0.5 * joint.preload.force / joint.preload.stiffness
+    return np.where(free < 0.0, 2.0 * free, free)
+
+
 def _normal(
-    joint: Telescope, tubes: tuple[Tube, Tube], at: tuple[Array, Array]
+    stations: Sequence[Station], tubes: tuple[Tube, Tube], at: tuple[Array, Array]
 ) -> tuple[contact.Value, ...]:
     """Columns LAW to REFERENCE at both temperatures (S, n)."""
-    law, elastic = joint.contact, []
+    joint, share, elastic = stations[0].joint, np.ones((len(stations), 1)), []
+    law = joint.contact
+    if joint.preload is not None and stations[0].pads:
+        law = NormalContact("linear", joint.preload.stiffness, restitution=1.0)
+    if law.stiffness == "cylinder":
+        share = np.array([[station.length] for station in stations])
     for tube, t in zip(tubes, at, strict=True):
         elastic += [tube.body.material.youngs_modulus(t), tube.body.material.poissons_ratio(t)]
-    return contact.normal_columns(law, joint.radius, joint.clearance, None, 1.0, *elastic)
+    return contact.normal_columns(law, joint.radius, joint.clearance, 1.0, share, *elastic)
 
 
 def _partition(station: Station, place: float, T: Array) -> Array:

@@ -8,6 +8,7 @@ normal force belongs to the depth
 
 and does work on all that changes δ, s among it. A seized tube, c < 0, is pressed from all sides:
 core = -c/3 gives it the lateral stiffness 3 K |c|^1/2 of two opposite contacts with K |c|^3/2 each.
+A ring of sprung pads has core = -c and F = K δ: K sideways, and N² = (c K)² + (K |D|)².
 
 Friction acts at the place r_i + R n of the wall: as material of both tubes it has the weights W
 that the section's gradient F gives it, 1 + ξ, η, ζ with F (ξ, η, ζ) the way there from the axis.
@@ -26,12 +27,15 @@ from mechanics.contact_laws import (
     BRISTLE,
     CLEARANCE,
     CORE,
+    CYLINDER,
     KINETIC,
+    LAW,
     RADIUS,
     SEIZED,
     SLOT,
     STATIC,
     K,
+    P,
     friction,
     normal,
     stored,
@@ -201,7 +205,8 @@ def _here(coef, element, part, length, c):
     c[KINETIC] = (1.0 - part) * coef[a + 2] + part * coef[b + 2]
     c[STATIC] = (1.0 - part) * coef[a + 3] + part * coef[b + 3]
     c[BRISTLE] = (1.0 - part) * coef[a + 4] + part * coef[b + 4]
-    c[CORE] = max(c[CORE], -SEIZED * c[CLEARANCE])
+    c[P] = coef[P] * c[K] / coef[K] if c[LAW] == CYLINDER else coef[P]
+    c[CORE] = max(abs(c[CORE]), -(SEIZED if c[CORE] >= 0.0 else 1.0) * c[CLEARANCE])
     return (coef[b] - coef[a]) / length if 0.0 < part < 1.0 else 0.0
 
 

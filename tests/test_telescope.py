@@ -505,7 +505,6 @@ def test_masses_that_meet():
         ({"mouth": "side"}, "'start' or 'end'"),
         ({"clearance": 0.0}, "positive"),
         ({"contact": NormalContact("linear")}, "needs its stiffness"),
-        ({"contact": NormalContact("cylinder")}, "foreign"),
         ({"friction": Friction(0.1, law="glue")}, "unknown friction"),
     ],
 )
