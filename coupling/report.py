@@ -142,7 +142,7 @@ def _written(folder: Path, result: Result) -> list[Path]:
     text.write_text(_markdown(result), encoding="utf-8")
     files = [table, text]
     if result.pictures:
-        files.append(_drawn(folder / f"{result.name}.png", result.title, result.pictures))
+        files.append(drawn(folder / f"{result.name}.png", result.title, result.pictures))
     return files
 
 
@@ -153,7 +153,8 @@ def _markdown(result: Result) -> str:
     return "\n".join([*lines, "", *(f"{note}  " for note in result.notes)]) + "\n"
 
 
-def _drawn(path: Path, title: str, pictures: Sequence[Picture | Map]) -> Path:
+def drawn(path: Path, title: str, pictures: Sequence[Picture | Map]) -> Path:
+    """Draw pictures one below the other."""
     import matplotlib
     from matplotlib.figure import Figure
 
