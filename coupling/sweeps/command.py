@@ -108,7 +108,7 @@ def _workers(
     jobs: Sequence[Job], workers: int | None, scheduler: str | None
 ) -> Generator[tuple[Job, Point], None, None]:
     if not jobs:
-        return (pair for pair in ())
+        return _nothing()
     if scheduler is not None:
         from coupling.sweeps.cluster import cluster
 
@@ -116,6 +116,10 @@ def _workers(
     from coupling.sweeps.local import cores, local
 
     return local(jobs, workers or cores())
+
+
+def _nothing() -> Generator[tuple[Job, Point], None, None]:
+    yield from ()
 
 
 # ----------------------------------------------------------------------------- the command
@@ -175,7 +179,8 @@ def run(
     """
     if not scene.sweep:
         raise BadCase(str(scene.folder), [Problem("", "the case has no [sweep.NAME]")])
-    ready, found = [], []
+    ready: list[Prepared] = []
+    found: list[Problem] = []
     for name in dict.fromkeys(names or scene.sweep):
         try:
             ready.append(prepared(scene, name))

@@ -1,6 +1,7 @@
 """Pictures of effects: Pareto and half-normal plots, interactions, response surfaces."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,8 +32,8 @@ def draw_effects(sweep: Sweep, folder: Path, figure: Callable[..., Path]) -> Ite
         some = there[first : first + ROWS]
         name = "effects.png" if number == 1 else f"effects_{number}.png"
         size = 14.0, 1.2 + 3.4 * len(some)
-        yield figure(folder / name, f"{sweep.title}: effects", size,
-                     lambda f, some=some: _rows(f, sweep, some))  # fmt: skip
+        fill = partial(_rows, sweep=sweep, responses=some)
+        yield figure(folder / name, f"{sweep.title}: effects", size, fill)
 
 
 def varies(response: Response) -> bool:
@@ -86,12 +87,14 @@ def _half_normal(ax: "Axes", found: list[Effect], names: Sequence[str], response
     sizes, places = np.abs([e.size for e in order]), effects.half_normal(len(order))
     ax.plot(sizes, places, "o", color=BLUE, ms=5)
     for e, x, y in [*zip(order, sizes, places, strict=True)][-4:]:
-        ax.annotate(label(e.factors, names), (x, y), xytext=(-6, 3), textcoords="offset points",
-                    fontsize=8, ha="right")  # fmt: skip
+        left = x > 0.5 * sizes[-1]
+        ax.annotate(label(e.factors, names), (x, y), xytext=(-6 if left else 6, 3), fontsize=8,
+                    textcoords="offset points", ha="right" if left else "left")  # fmt: skip
     ax.set_title("half-normal plot", fontsize=10)
     ax.set_xlabel(f"size of the effect [{response.unit or '-'}]")
     ax.set_ylabel("half-normal quantile [-]")
-    ax.set_xlim(left=0.0)
+    ax.set_xlim(0.0, 1.08 * float(sizes[-1]))
+    ax.margins(y=0.08)
 
 
 def _strongest(found: Sequence[Effect]) -> tuple[int, int] | None:
@@ -117,6 +120,7 @@ def _interaction(
     for level, column, color in zip(others, means.T, (BLUE, RED), strict=False):
         text = _word(second, sweep.coded[:, pair[1]], level)
         ax.plot(levels, column, "o-", color=color, label=f"{second.name} {text}")
+    ax.margins(x=0.08)
     ax.set_xticks(levels, [_word(first, sweep.coded[:, pair[0]], level) for level in levels])
     ax.set_title(f"interaction {first.name} × {second.name}", fontsize=10)
     ax.set_xlabel(first.name.replace("_", " "))
@@ -154,7 +158,9 @@ def _fit(ax: "Axes", made: Surface, coded: Array, response: Response) -> None:
     known = response.values[np.isfinite(response.values)]
     ends = [known.min(), known.max()]
     ax.plot(ends, ends, color=GREY, lw=1)
-    ax.set_title(f"surface: R² {made.r2:.3f}, left out one by one {made.q2:.3f}", fontsize=10)
+    ax.margins(x=0.04)
+    alone = f", left out one by one {made.q2:.3f}" if np.isfinite(made.q2) else ""
+    ax.set_title(f"surface: R² {made.r2:.3f}{alone}", fontsize=10)
     ax.set_xlabel(f"computed [{response.unit or '-'}]")
     ax.set_ylabel(f"by the surface [{response.unit or '-'}]")
 

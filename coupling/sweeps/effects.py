@@ -156,7 +156,7 @@ def _fitted(coded: Array, y: Array, terms: tuple[Words, ...]) -> Surface | None:
     if np.linalg.matrix_rank(X, tol=1e-8 * len(y) ** 0.5) < len(terms):
         return None
     left, _ = np.linalg.qr(X)
-    coefficients = np.linalg.lstsq(X, y, rcond=None)[0]
+    coefficients = np.asarray(np.linalg.lstsq(X, y, rcond=None)[0], float)
     rest, leverage = y - X @ coefficients, np.sum(left**2, axis=1)
     total = float(np.sum((y - y.mean()) ** 2))
     if total == 0.0:

@@ -1,6 +1,7 @@
 """Pictures of a sweep: quantities over what is varied, portraits, their regularity, effects."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from math import ceil, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,8 @@ MOST_PANELS = 30
 """Portraits in one picture."""
 MOST_SAMPLES = 20_000
 """Of a portrait that is drawn."""
+SHOWN = ("chaos", "spread", "entropy")
+"""Numbers of regularity that are drawn; the table has all."""
 WIDE = 20.0
 """Quotient of largest and smallest value from which an axis is logarithmic [-]."""
 
@@ -42,12 +45,12 @@ def draw(sweep: Sweep, table: SweepTable, folder: Path) -> list[Path]:
 
 def _all(sweep: Sweep, table: SweepTable, folder: Path) -> Iterator[Path]:
     quantities = [r for r in sweep.responses if r.name in table.quantity]
-    measures = [r for r in sweep.responses if r.name not in table.quantity]
+    measures = [r for r in sweep.responses if r.name.split(" ")[-1] in SHOWN and known(r)]
     together = table.combine == "together"
     for name, some in (("quantities", quantities), ("regularity", measures)):
         if some and sweep.axes:
-            yield _figure(folder / f"{name}.png", sweep.title, _sizes(sweep, len(some)),
-                          lambda f, some=some: _over(f, sweep, some, together))  # fmt: skip
+            fill = partial(_over, sweep=sweep, responses=some, together=together)
+            yield _figure(folder / f"{name}.png", sweep.title, _sizes(sweep, len(some)), fill)
     for name, one in table.portrait.items():
         suffix = f"_{name}" if len(table.portrait) > 1 else ""
         yield from _portraits(sweep, one, folder / f"portraits{suffix}.png")
@@ -55,6 +58,11 @@ def _all(sweep: Sweep, table: SweepTable, folder: Path) -> Iterator[Path]:
         from coupling.sweeps.effect_pictures import draw_effects
 
         yield from draw_effects(sweep, folder, _figure)
+
+
+def known(response: Response) -> bool:
+    """Whether there is any number."""
+    return bool(np.isfinite(response.values).any())
 
 
 def _figure(
@@ -126,19 +134,20 @@ def _missing(ax: "Axes", x: Array, y: Array) -> None:
     gone = ~np.isfinite(y)
     if gone.any():
         ax.plot(x[gone], np.full(gone.sum(), 0.03), "x", color=PRINTED, ms=7, mew=2,
-                transform=ax.get_xaxis_transform(), label="not done", clip_on=False)  # fmt: skip
+                transform=ax.get_xaxis_transform(), label="no number", clip_on=False)  # fmt: skip
 
 
 def _vertical(ax: "Axes", response: Response) -> None:
     ax.set_ylabel(f"[{response.unit or '-'}]")
     ax.set_title(response.name.replace("_", " "))
-    known = response.values[np.isfinite(response.values)]
-    if len(known) and known.min() > 0.0 and known.max() > 100.0 * known.min():
+    values = response.values[np.isfinite(response.values)]
+    if len(values) and values.min() > 0.0 and values.max() > 100.0 * values.min():
         ax.set_yscale("log")
 
 
 def _horizontal(ax: "Axes", axis: Axis) -> None:
     ax.set_xlabel(axis.label.replace("_", " "))
+    ax.margins(x=0.04)
     if axis.numeric and axis.values.min() > 0.0 and np.ptp(axis.values):
         if axis.values.max() > WIDE * axis.values.min():
             ax.set_xscale("log")
@@ -163,11 +172,12 @@ def _over_factors(figure: "Figure", sweep: Sweep, responses: Sequence[Response])
 
 def _means(ax: "Axes", x: Array, y: Array) -> None:
     levels = np.unique(x)
-    known = np.isfinite(y)
+    there = np.isfinite(y)
     if len(levels) > 0.5 * len(x):
         return
-    means = [y[known & (x == level)] for level in levels]
-    ax.plot(levels, [m.mean() if len(m) else np.nan for m in means], "-", color=COLORS[1], lw=2)
+    groups = [(level, y[there & (x == level)]) for level in levels]
+    means = [(level, group.mean()) for level, group in groups if len(group) > 1]
+    ax.plot(*np.array(means).reshape(-1, 2).T, "-", color=COLORS[1], lw=2)
 
 
 # ------------------------------------------------------------------------------- portraits
@@ -182,8 +192,8 @@ def _portraits(sweep: Sweep, one: Portrait, path: Path) -> Iterator[Path]:
         columns = min(len(some), ceil(sqrt(1.6 * len(some))))
         size = 0.6 + 3.0 * columns, 1.1 + 2.7 * ceil(len(some) / columns)
         title = f"{sweep.title}: {one.y} over {one.x}"
-        yield _figure(file, title, (max(size[0], 6.0), size[1]),
-                      lambda f, some=some, n=columns: _grid(f, sweep, one, some, n))  # fmt: skip
+        fill = partial(_grid, sweep=sweep, one=one, rows=some, columns=columns)
+        yield _figure(file, title, (max(size[0], 6.0), size[1]), fill)
 
 
 def _grid(figure: "Figure", sweep: Sweep, one: Portrait, rows: Sequence[int], columns: int) -> None:

@@ -78,9 +78,12 @@ def _told(sweep: Sweep, response: Response) -> Iterator[str]:
     if made is None:
         yield f"No response surface: {why}."
         return
+    alone = f"points left out one by one {made.q2:.4f}"
+    if not np.isfinite(made.q2):
+        alone = "without a point left out a term would not be known"
     yield (
-        f"Least squares in the coded factors (-1 low, 1 high): R² {made.r2:.4f}, points left out "
-        f"one by one {made.q2:.4f}" + (f" ({why})." if why else ".")
+        f"Least squares in the coded factors (-1 low, 1 high): R² {made.r2:.4f}, {alone}"
+        + (f" ({why})." if why else ".")
     )
     yield ""
     rows: list[list[Cell]] = [
