@@ -7,9 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from coupling import contact_maps, contact_pictures, light_pictures, pictures, skin_pictures
+from coupling import (
+    contact_maps,
+    contact_pictures,
+    light_pictures,
+    pictures,
+    skin_pictures,
+    telescope_pictures,
+)
 from coupling.clocks import analysis_of
-from coupling.contact_places import contact_groups, peak_force
+from coupling.contact_places import TUBE, contact_groups, form_of, peak_force
 from coupling.overview import draw_overview
 from coupling.reading import BadResults, Results
 
@@ -144,6 +151,10 @@ def _of_joint(results: Results, joint: str, contacts: list[str]) -> Iterator[Any
     """Names, functions and sizes of the pictures of one joint."""
     if len(contacts) > FEW_CONTACTS:
         yield "map", contact_maps.draw_map, (11.0, 9.0)
+    if form_of(results, contacts[0]) == TUBE and "contacts/shares" in results:
+        yield "surfaces", telescope_pictures.draw_surfaces, (12.0, 8.0)
+        yield "snapshot", telescope_pictures.draw_snapshot, (14.0, 7.5)
+    if len(contacts) > FEW_CONTACTS:
         return
     if contact_pictures.round_contacts(results, joint):
         yield "orbit", contact_pictures.draw_orbit, (11.0, 5.6)

@@ -299,7 +299,8 @@ def _slider(time: Array) -> Contacts:
 
 def _stations(time: Array) -> Contacts:
     found: Contacts = []
-    form: dict[str, Any] = {"form": "tube", "directions": np.eye(3), "bearing_body": "outer"}
+    form: dict[str, Any] = {"form": "tube", "directions": np.eye(3), "radius": 0.05}
+    form |= {"bearing_body": "outer", "journal_body": "inner"}
     for k in range(STATIONS + 1):
         columns = _touching(time, 0.5 * k, 1e-3)
         reach = columns["clearance"] + columns["penetration"]
@@ -307,7 +308,7 @@ def _stations(time: Array) -> Contacts:
         columns["orbit"] = reach[:, None] * direction
         columns["place"] = 0.4 + 0.3 * time + 0.1 * k
         if k < STATIONS:
-            found.append((f"tubes.node_{k:02d}", columns, form))
+            found.append((f"tubes.node_{k:02d}", columns, form | {"station": 0.1 * k}))
         else:
-            found.append(("tubes.mouth", columns, form | {"mouth": OUTER}))
+            found.append(("tubes.mouth", columns, form | {"mouth": OUTER, "station": OUTER}))
     return found

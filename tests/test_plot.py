@@ -116,6 +116,7 @@ def test_joints_with_several_contacts_get_pictures_that_suit_them(tmp_path: Path
     assert written[0] == "overview" and written[-1] == "regimes"
     assert sorted(written[1:-1]) == [
         "contact_guide", "contact_pin", "contact_socket", "map_tubes", "orbit_pin", "orbit_socket",
+        "snapshot_tubes", "surfaces_tubes",
     ]  # fmt: skip
 
 
