@@ -97,3 +97,26 @@ def test_notes_say_what_the_numbers_do():
     note = report._trend("spherical", rows)
     assert "peak goes up and down from 4.00 to 4.50" in note
     assert "frequency falls from 9.00 to 7.00 rad/s" in note
+
+
+def test_the_map_is_of_amplitudes_over_angle_and_frequency(monkeypatch):
+    """Spots are those of the sweep, computed once for each clearance; the ridge falls."""
+    asked = []
+
+    def sweep(kind, clearance):
+        asked.append((kind, clearance))
+        w = np.array(report.FREQUENCIES)
+        return 1.0 / np.hypot(1.0 - (w / 9.0) ** 2, 0.2 * w / 9.0)
+
+    monkeypatch.setattr(report, "sweep", sweep)
+    results = list(report.report())
+    assert [r.name for r in results] == ["response_amplitude", "response_map"]
+    assert len(asked) == len(set(asked)) == 12 + 4
+    (picture,) = results[1].pictures
+    assert len(picture.spots) == len(report.ANGLES) * len(report.FREQUENCIES)
+    assert np.all(np.diff(picture.curves[0].x) < 0.0)
+    for row in results[1].rows:
+        assert row[1] == pytest.approx(0.1 * row[0])
+        # |H| = 2 at w/9 from sqrt(x), (1 - x)^2 + 0.04 x = 1/4
+        low, high = 9.0 * np.sqrt(np.sort(np.roots([1.0, -1.96, 0.75])))
+        assert row[6:] == pytest.approx((low, high), abs=0.3)
