@@ -12,7 +12,9 @@ from coupling.generation import Tables, made_by
 Generated = RingTruss | DeployableRing
 Generator = Annotated[Generated, Field(discriminator="kind")]
 KINDS: list[str] = [
-    kind for table in get_args(Generated) for kind in get_args(table.model_fields["kind"].annotation)
+    kind
+    for table in get_args(Generated)
+    for kind in get_args(table.model_fields["kind"].annotation)
 ]
 """Every kind."""
 
