@@ -13,7 +13,6 @@ from coupling.fields import (
     PositiveTime,
     Quantity,
     Table,
-    Temperature,
     Time,
 )
 from coupling.generate_tables import Clearance, Shock

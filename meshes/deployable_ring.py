@@ -122,7 +122,7 @@ def corners(form: Form, slope: float) -> Array:
     radius = 0.5 * form.diameter * np.cos(slope)
     rise = 0.5 * form.chord * np.sin(slope) * (-1.0) ** k
     low = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), rise])
-    return np.stack([low, low + [0.0, 0.0, form.height]])
+    return np.stack([low, low + np.array([0.0, 0.0, form.height])])
 
 
 def held_corners(form: Form, slope: float, start: float) -> Array:
