@@ -11,6 +11,7 @@ SECTIONS = {
     "table_1": "coupling.paper.table_1:entries",
     "table_2": "coupling.paper.table_2:entries",
     "table_4": "coupling.paper.table_4:entries",
+    "slider_crank": "coupling.paper.slider_crank:entries",
     "floating_frame": "coupling.paper.floating_frame:entries",
 }
 """Name of each section, and the function that yields its entries."""

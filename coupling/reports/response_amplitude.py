@@ -39,6 +39,8 @@ from mechanics.dynamics import Control, State, Window, advance, initial_state
 from mechanics.march import Rows
 
 Array = NDArray[np.float64]
+Known = dict[tuple[str, float], Array]
+"""Amplitudes by kind of joint and clearance [m]."""
 
 KINDS = ("spherical", "revolute", "translational")
 CLEARANCES = (0.02e-3, 0.04e-3, 0.08e-3, 0.10e-3)
@@ -75,12 +77,12 @@ X, Y, Z = np.eye(3)
 
 def report() -> Iterator[Result]:
     """Amplitudes of the three kinds of joints with four clearances each, then a map of one."""
-    known: dict[tuple[str, float], Array] = {}
-    yield _kinds(known)
-    yield _map(known)
+    known: Known = {}
+    yield kinds_of(known)
+    yield map_of(known)
 
 
-def _swept(known: dict[tuple[str, float], Array], kind: str, clearance: float) -> Array:
+def _swept(known: Known, kind: str, clearance: float) -> Array:
     """Amplitudes of ``sweep``, each of them once."""
     key = kind, round(clearance, 9)
     if key not in known:
@@ -88,7 +90,8 @@ def _swept(known: dict[tuple[str, float], Array], kind: str, clearance: float) -
     return known[key]
 
 
-def _kinds(known: dict[tuple[str, float], Array]) -> Result:
+def kinds_of(known: Known) -> Result:
+    """Peaks of the three kinds of joints with four clearances each; takes what is ``known``."""
     rows, pictures = [], []
     for kind in KINDS:
         curves = []
@@ -106,7 +109,7 @@ def _kinds(known: dict[tuple[str, float], Array]) -> Result:
     return Result("response_amplitude", title, columns, rows, _notes(rows), pictures)
 
 
-def _map(known: dict[tuple[str, float], Array]) -> Result:
+def map_of(known: Known) -> Result:
     """Amplitudes over clearance, as an angle, and frequency."""
     rows, spots = [], []
     for angle in ANGLES:
