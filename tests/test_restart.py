@@ -21,6 +21,12 @@ ROOT = Path(__file__).parent.parent
 ARM = ("time.end=1", "body.arm.elements=4", "output.frames=4", "output.export=[]")
 SOLID = (*ARM, "time.end=0.5", "body.arm.elements=2")
 LIGHT = ("time.end=40", "output.frames=4", "output.export=[]")
+STROKE = (  # over two elements of the boom
+    "time.end=0.6", "body.boom.elements=6", "body.arm.elements=6", "joint.sleeve.stations=0",
+    "time.window=0.1", "output.frames=4", "output.export=[]",
+    "joint.screw.travel.s_curve.start=0 s", "joint.screw.travel.s_curve.rate=40 m/s",
+    "joint.screw.travel.s_curve.rise=0.1 s",
+)  # fmt: skip
 CASES = {
     "line": ("arm_rotation", ARM),
     "hermite": ("arm_rotation", (*ARM, "thermal.solver=hermite")),
@@ -36,6 +42,7 @@ CASES = {
     "bdf2": ("arm_rotation", (*ARM, "integrator.scheme=bdf2", "integrator.tolerance=1e-4")),
     "sunlit tube": ("sunlit_tube", LIGHT),
     "folding array": ("folding_array", (*LIGHT, "time.end=12")),
+    "telescope": ("arm_extension", STROKE),
     "slider crank": ("slider_crank_guide", ("time.end=2e-4", "output.export=[]")),
 }
 SLOW = {
