@@ -10,6 +10,7 @@ import numpy as np
 from coupling import (
     contact_maps,
     contact_pictures,
+    deployment_pictures,
     light_pictures,
     pictures,
     skin_pictures,
@@ -101,6 +102,7 @@ def _pictures(results: Results) -> Iterator[Picture]:
     jolted = pictures.accelerated_probes(results) if contact_groups(results) else []
     if _rows(results, "windows/time") > 1 and jolted:
         yield Picture("acceleration", pictures.draw_acceleration, (9.0, 1.2 + 2.6 * len(jolted)))
+    yield from _ring_pictures(results)
     yield from _joint_pictures(results)
     if _rows(results, "windows/time") > 1 and pictures.energy_rows(results):
         rows = pictures.energy_rows(results)
@@ -145,6 +147,19 @@ def _joint_pictures(results: Results) -> Iterator[Picture]:
     if rows > FEW_CONTACTS:
         height = min(4.0 + 0.12 * rows, 14.0)
         yield Picture("regimes", contact_maps.draw_regimes, (13.0, height))
+
+
+def _ring_pictures(results: Results) -> Iterator[Picture]:
+    """Of a ring that deploys."""
+    ring = deployment_pictures.ring_of(results)
+    if ring is None or len(ring.time) < 2:
+        return
+    if deployment_pictures.deploys(ring):
+        yield Picture("deployment", deployment_pictures.draw_deployment, (14.0, 6.4))
+    if deployment_pictures.warms_or_cools(results):
+        yield Picture("paths", deployment_pictures.draw_paths, (14.0, 7.0))
+    if deployment_pictures.liveliest_hinge(results) is not None:
+        yield Picture("hinge", deployment_pictures.draw_hinge, (12.0, 5.0))
 
 
 def _of_joint(results: Results, joint: str, contacts: list[str]) -> Iterator[Any]:
