@@ -168,6 +168,8 @@ def _clearances(scene: Scene, system) -> list[tuple[str, str]]:
             name = kind if kind == "telescope" else f"{kind} clearance"
             parts = [f"{len(joints)} × {name}{of}", *_laws(list(joints.values())), "onsets located"]
             parts += ["thermal clearance"] if scene.thermal else []
+            sprung = any(isinstance(j, Telescope) and j.preload for j in joints.values())
+            parts += ["preloaded pads"] if sprung else []
             runs.append((f"mechanics.{module}", ", ".join(parts)))
     return runs
 

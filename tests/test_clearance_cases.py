@@ -184,6 +184,18 @@ def test_a_telescope_takes_the_names_of_its_tubes(joints):
     )
 
 
+def test_a_telescope_with_preloaded_pads_and_line_contact():
+    plain = """contact = { stiffness = "linear", value = "5 MN/m" }"""
+    pads = (
+        'contact = { stiffness = "cylinder" }\npreload = { force = "20 N", stiffness = "3 kN/m" }'
+    )
+    assert EVERYTHING.count(plain) == 1
+    described = motion_description(from_text(EVERYTHING.replace(plain, pads), Path())).joints
+    tubes = described[-1]
+    assert tubes.preload == motion.Preload(20.0, 3000.0)
+    assert tubes.contact == motion.NormalContact("cylinder")
+
+
 def test_an_absent_length_means_planar_as_ever():
     text = EVERYTHING.split("[joint.ball]")[0]
     for line in ('length = "3 cm"', 'axial_clearance = "0.1 mm"', 'flange_radius = "18 mm"'):

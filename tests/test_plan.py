@@ -130,6 +130,9 @@ def test_a_telescope_says_its_stations():
     # four nodes, two stations in each of three elements, the mouth
     said = "1 × telescope of 11 contacts, hertz-external, exact hysteresis, onsets located"
     assert runs["mechanics.telescope"] == said
+    pads = "preload = { force = '20 N', stiffness = '1 kN/m' }\n"
+    runs, _ = planned(BAR + sleeve + joint + "radius = 0.01\nclearance = 1e-3\n" + pads)
+    assert runs["mechanics.telescope"] == said.replace("11", "13") + ", preloaded pads"
 
 
 def test_list_says_what_every_contact_law_is():
