@@ -94,6 +94,9 @@ class RingTruss(Table):
     section: str = Field(description="name of a [section.NAME]")
     material: str = Field(description="name in the library or of a [material.NAME]")
     damping: Time = Field(default=0.0, description="Kelvin-Voigt time")
+    element: Literal["beam3243", "beam3333"] = Field(
+        default="beam3243", description="of the members"
+    )
     support: Literal["clamp", "none"] = Field(
         default="clamp", description="of the foot of the first batten"
     )

@@ -40,6 +40,7 @@ def _member(member: Member, table: RingTruss) -> Tables:
         "section": table.section,
         "material": table.material,
         "damping": table.damping,
+        "element": table.element,
     }
 
 

@@ -10,6 +10,7 @@ SECTIONS = {
     "theory": "coupling.paper.theory:entries",
     "table_1": "coupling.paper.table_1:entries",
     "table_2": "coupling.paper.table_2:entries",
+    "table_3": "coupling.paper.table_3:entries",
     "table_4": "coupling.paper.table_4:entries",
     "slider_crank": "coupling.paper.slider_crank:entries",
     "floating_frame": "coupling.paper.floating_frame:entries",
