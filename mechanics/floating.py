@@ -18,6 +18,7 @@ instead, by second order of the deflection, and tension does not stiffen it (Kan
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from mechanics import floating_kernels as kernels
 from mechanics import rigid
 from mechanics.beam3243_tables import AXIAL, BENDING, SHEAR, STRAINS, TORSION
+from mechanics.blocks import CLUSTER
 from mechanics.description import Beam
 from mechanics.floating_kernels import DIRECTION, FRAME, OWN, PLACE, USED
 from mechanics.floating_modes import Modes, modes_of
@@ -102,6 +104,7 @@ class Held:
     names : (n_e,) what the rows of each element belong to
     dofs : (n_e, k) intp  coordinates and multipliers; -1 where absent
     rows : number of multipliers
+    tied : how many elements at the beginning are vectors of nodes with their multipliers
     """
 
     name: str
@@ -112,8 +115,19 @@ class Held:
     force: int
     tangent: int
     rows: int
+    tied: int = 0
     energy: int = 0
     symmetric: bool = True
+
+    @property
+    def slaves(self) -> Indices:
+        """(k, 6)  coordinates of vectors that are tied, and the multipliers that tie them."""
+        return self.dofs[: self.tied, :6]
+
+    @property
+    def frame(self) -> Indices:
+        """Coordinates of the frame and amplitudes to which they are tied."""
+        return self.dofs[-1, :-3]
 
     def coefficients(self, T: Array) -> Array:
         """Nothing depends on temperature: (n_e, 0)."""
@@ -175,5 +189,47 @@ def _ties(layout: Layout, name: str, modes: Modes, first: int) -> Held:
     return Held(
         "ties to a frame", [*names, *names], dofs, ints.astype(np.int64),
         np.vstack([np.zeros_like(floats), floats]),
-        kernels.add_ties, kernels.add_tie_tangents, 3 * count,
+        kernels.add_ties, kernels.add_tie_tangents, 3 * count, count,
     )  # fmt: skip
+
+
+# -- elimination -----------------------------------------------------------------------------------
+
+
+def arrange(ties: Sequence[Held], block: Indices, stage: Indices, rank: Indices) -> None:
+    """Eliminate each node together with its ties, before all else, then frames as if with a mass.
+
+    A node and its multipliers, [[S, 1], [1, 0]], leave its mass to the frame. Multipliers alone
+    would take all of the node, and what holds it besides would have nothing left to act on. Blocks
+    stay smaller than clusters of solids, which come first.
+
+    Parameters
+    ----------
+    block, stage, rank : (n + m,) int  of each unknown, changed in place
+    """
+    stage += 1
+    for term in ties:
+        block[term.slaves[:, 3:]] = block[term.slaves[:, :3]]
+        stage[term.slaves], rank[term.slaves], rank[term.frame] = 0, 0, 0
+        modes = term.frame[FRAME:]
+        block[modes] = 1 + block.max() + np.arange(modes.size) // CLUSTER
+
+
+def reached(ties: Sequence[Held], terms: Sequence[Any], n: int) -> list[tuple[Indices, Indices]]:
+    """Multipliers (k, 1) of what holds tied nodes, and coordinates (k, c) of their frames.
+
+    They know one another once the nodes are eliminated; multipliers have to wait for the frames.
+    """
+    found = []
+    for term in ties:
+        tied = np.zeros(n, bool)
+        tied[term.slaves[:, :3]] = True
+        for other in terms:
+            if isinstance(other, Held) or not getattr(other, "rows", 0):
+                continue
+            held = (other.dofs >= 0) & (other.dofs < n) & tied[np.minimum(other.dofs, n - 1)]
+            touching = other.dofs[held.any(axis=1)]
+            rows = np.unique(touching[touching >= n])[:, None]
+            if rows.size:
+                found.append((rows, np.tile(term.frame, (len(rows), 1))))
+    return found

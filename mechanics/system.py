@@ -103,11 +103,9 @@ class System:
         self.row_names, self.driven = _rows(self.n, self.m, holding)
         self.limits = [limit for term in holding for limit in getattr(term, "limits", ())]
         self.pattern, self._mass_slots, self._slots = _pattern(self)
-        blocks, stages = _blocks(self)
+        blocks, stages, ranks = _blocks(self)
         self._prefer = solver
-        self.solver = factor.choose(
-            self.pattern, blocks, _symmetry(self), solver, _ranks(self), stages
-        )
+        self.solver = factor.choose(self.pattern, blocks, _symmetry(self), solver, ranks, stages)
         self._evaluated: list[tuple[Array, Coefficients]] = []
         self._followers: dict[tuple[bytes, ...], System] = {}
         room = np.tile([293.15, 0.0, 0.0], (len(self.layout.x), 1))
@@ -438,8 +436,17 @@ def _pattern(system: System) -> tuple[Any, Indices, list[Indices]]:
     diagonal = np.arange(system.n + system.m)[:, None]
     pairs = [(coo.row[:, None], coo.col[:, None]), (diagonal, diagonal)]
     pairs += [(dofs, dofs) for dofs in (getattr(t, "pattern_dofs", t.dofs) for t in system.terms)]
+    ties, last = _tied(system), len(pairs)
+    if ties:
+        found = import_module("mechanics.floating").reached(ties, system.terms, system.n)
+        pairs += [pair for rows, frame in found for pair in ((rows, frame), (frame, rows))]
     shape, slots = pattern(system.n + system.m, pairs)
-    return shape, slots[0].ravel(), [s.reshape(len(s), -1) for s in slots[2:]]
+    return shape, slots[0].ravel(), [s.reshape(len(s), -1) for s in slots[2:last]]
+
+
+def _tied(system: System) -> list:
+    """What ties nodes to floating frames."""
+    return [term for term in system.terms if getattr(term, "tied", 0)]
 
 
 def _arranged(system: System, bands: Sequence[bytes]) -> System:
@@ -449,10 +456,8 @@ def _arranged(system: System, bands: Sequence[bytes]) -> System:
     start = len(system.terms) - len(moved)
     new.contacts, new.terms = moved, [*system.terms[:start], *moved]
     new.pattern, new._mass_slots, new._slots = _pattern(new)
-    blocks, stages = _blocks(new)
-    new.solver = factor.choose(
-        new.pattern, blocks, _symmetry(new), system._prefer, _ranks(new), stages
-    )
+    blocks, stages, ranks = _blocks(new)
+    new.solver = factor.choose(new.pattern, blocks, _symmetry(new), system._prefer, ranks, stages)
     solver = system.program.solver.copy()
     solver[:2] = new.solver.factor, new.solver.solve
     new.program = system.program._replace(
@@ -488,9 +493,10 @@ def _symmetry(system: System) -> bool | None:
     return None if system.pattern.size > LARGE else False
 
 
-def _blocks(system: System) -> tuple[Indices, Indices]:
-    """Block of each unknown, its node, its cluster of nodes in a solid, or its joint; and the
-    stage in which it is eliminated, that of solids by stages of their own before all others.
+def _blocks(system: System) -> tuple[Indices, Indices, Indices]:
+    """Block of each unknown, its node, its cluster of nodes in a solid, or its joint; the
+    stage in which it is eliminated, that of solids by stages of their own before all others; and
+    its rank.
     """
     layout = system.layout
     block, start = np.zeros(system.n + system.m, dtype=np.intp), 0
@@ -513,7 +519,10 @@ def _blocks(system: System) -> tuple[Indices, Indices]:
     block[system.n :] = [number[name] for name in system.row_names]
     if any(isinstance(body, ReferencePoint) for body in layout.bodies.values()):
         import_module("mechanics.continuum_blocks").gather(block, layout, number)
-    return block, stage
+    rank = _ranks(system)
+    if ties := _tied(system):
+        import_module("mechanics.floating").arrange(ties, block, stage, rank)
+    return block, stage, rank
 
 
 def _ranks(system: System) -> Indices:

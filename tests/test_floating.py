@@ -19,7 +19,7 @@ from mechanics.layout import Layout
 from mechanics.modes import modes
 from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
-from mechanics.system import System
+from mechanics.system import Factors, System
 from meshes.materials import constant_material
 from meshes.sections import rectangle
 
@@ -281,6 +281,25 @@ def test_the_true_beam_stiffens_in_the_spin_up():
     """Deflection of 0.57 m at most (Kane, Ryan & Banerjee 1987), where linear theory has left."""
     assert abs(_spun(None, 9.0)) < 0.6
     assert abs(_spun(6, 9.0)) > 2.0
+
+
+def test_the_own_factorisation_serves_where_a_joint_holds_a_tied_node():
+    """A joint repeats, in the eyes of its node, what ties it; it has to wait for the frame."""
+    two = [replace(beam(9), name=name) for name in ("one", "other")]
+    joints = [
+        Revolute("hub", Site("one", 0), Site(None), Z),
+        Revolute("elbow", Site("one", 8), Site("other", 0), Z),
+    ]
+    moved = replace(two[1], points=two[1].points + np.array([1.0, 0.0, 0.0]))
+    system = model([two[0], moved], joints).system
+    coef = system.coefficients(sections(system))
+    y = system.unknowns(system.layout.q0)
+    data = system.matrix(y, 0.0 * y, 0.0, coef, Factors(1e4, 1.0, 0.0))
+    b = np.random.default_rng(0).standard_normal(y.size)
+    work = system.solver._factors(data.copy())
+    assert system.solver.name == "blocks" and work[0] == 0.0
+    x = system.solver.factorise(data)(b)
+    assert system.pattern.matrix(data) @ x == pytest.approx(b, abs=1e-6)
 
 
 # -- what cannot be --------------------------------------------------------------------------------
