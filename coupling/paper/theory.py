@@ -130,7 +130,7 @@ def _interpolation(work: Workshop) -> Entry:
 
 
 def _momentum() -> Entry:
-    found = rigid_impact(2.0, 1.0, 3.0, -1.0, 0.6)
+    found = [float(value) for value in rigid_impact(2.0, 1.0, 3.0, -1.0, 0.6)]
     return Entry(
         "Sec. 2.3.3",
         "speeds after a rigid impact, 2 and 1 kg, 3 and -1 m/s, e = 0.6",
@@ -210,7 +210,7 @@ def _creep() -> Entry:
 
 def _rising() -> Entry:
     times = np.array([0.0, 1.365, 9.20, 27.7])
-    found = rising_coefficient(times, 0.0623, 0.0859, 0.570, 0.629)
+    found = np.asarray(rising_coefficient(times, 0.0623, 0.0859, 0.570, 0.629))
     shares = (found - 0.0623) / (0.0859 - 0.0623)
     return Entry(
         "Sec. 4.1.4",
