@@ -14,7 +14,9 @@ None of them settles the matter alone, so that each portrait has all of them:
   they come back.
 
 With a drive, chaos is that of what remains when the mean over its periods has been taken off: the
-drive itself is regular, and slow beside what impacts do.
+drive itself is regular, and slow beside what impacts do. The 0-1 test takes any observable
+(Gottwald & Melbourne 2009, section 2); here it is the change from sample to sample, in which slow
+motion does not hide what is fast.
 
 They are free of scale: a joint that is locked leaves round-off, which is irregular. Read them
 together with the extent of the portrait.
@@ -49,13 +51,13 @@ class Regularity(NamedTuple):
         near 0 regular, near 1 chaotic or noise
     entropy : permutation entropy of y, from 0 to 1, of five values a decorrelation time apart;
         0.3 to 0.5 for one oscillation, 1 for white noise
-    flatness : of the spectrum of y up to the decorrelation frequency: 0 lines, 1 white
+    flatness : of the spectrum of those changes, up to the decorrelation frequency: 0 lines, 1 white
     lyapunov : float [1/s]  largest exponent of the divergence of neighbours in the portrait
     spread : of stroboscopic points, relative to the portrait: 0 if every period is like the one
         before, 1 if the drive says nothing about the motion; nan without a period
     periods : of the drive after which the motion comes back; 0: of none up to eight, or no period
     width, height : extents of the portrait, in the units of x and y
-    samples : how many samples of y, a decorrelation time apart, the 0-1 test saw
+    samples : how many changes of y, a decorrelation time apart, the 0-1 test saw
     """
 
     chaos: float
@@ -101,11 +103,12 @@ def regularity(t: Array, x: Array, y: Array, period: float | None = None) -> Reg
     if height <= 1e-14 * max(1.0, np.abs(y).max()):
         return Regularity(0.0, 0.0, 0.0, 0.0, spread, periods, width, height, len(y))
     delay = decorrelation(y)
-    sparse = rest[:: decorrelation(rest)]
+    changes = np.diff(rest)
+    sparse = changes[:: decorrelation(changes)]
     return Regularity(
         chaos=0.0 if periods == 1 else chaos(sparse) if len(sparse) >= FEWEST else np.nan,
         entropy=permutation_entropy(y, ORDER, delay),
-        flatness=spectral_flatness(y[::delay]),
+        flatness=spectral_flatness(sparse),
         lyapunov=lyapunov(t[1] - t[0], np.column_stack([x, y]), delay),
         spread=spread,
         periods=periods,
