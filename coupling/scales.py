@@ -1,9 +1,9 @@
 """Values between two that are written with their units: "10 um" to "0.1 mm", or plain numbers."""
 
 import re
-from collections.abc import Callable
+from functools import lru_cache
 from math import exp, isfinite, log
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from coupling.errors import shown
 
@@ -67,11 +67,18 @@ def parts(value: Written) -> tuple[float, str]:
     return float(match[1]), match[2]
 
 
+@lru_cache(maxsize=256)
 def _converted(number: float, unit: str, target: str) -> float:
     import pint
 
-    registry: Callable[..., object] = pint.UnitRegistry().Quantity
     try:
-        return float(f"{registry(number, unit).m_as(target):.12g}")  # type: ignore[attr-defined]
+        return float(f"{_registry().Quantity(number, unit).m_as(target):.12g}")
     except (pint.errors.PintError, ValueError, TypeError, AttributeError):
         raise ValueError(f"the units '{target}' and '{unit}' do not fit each other") from None
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
