@@ -51,7 +51,8 @@ class Regularity(NamedTuple):
         near 0 regular, near 1 chaotic or noise
     entropy : permutation entropy of y, from 0 to 1, of five values a decorrelation time apart;
         0.3 to 0.5 for one oscillation, 1 for white noise
-    flatness : of the spectrum of those changes, up to the decorrelation frequency: 0 lines, 1 white
+    flatness : of the spectrum of those changes, up to the decorrelation frequency: 0 lines, 1 if it
+        is even; 0.48 for white noise, whose changes are not white
     lyapunov : float [1/s]  largest exponent of the divergence of neighbours in the portrait
     spread : of stroboscopic points, relative to the portrait: 0 if every period is like the one
         before, 1 if the drive says nothing about the motion; nan without a period
