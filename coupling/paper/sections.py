@@ -7,6 +7,7 @@ from coupling.paper.entries import Entry
 from coupling.paper.workshop import Workshop
 
 SECTIONS = {
+    "claims": "coupling.paper.claims:entries",
     "theory": "coupling.paper.theory:entries",
     "table_1": "coupling.paper.table_1:entries",
     "table_2": "coupling.paper.table_2:entries",
