@@ -15,7 +15,9 @@ SECTIONS = {
     "table_4": "coupling.paper.table_4:entries",
     "table_5": "coupling.paper.table_5:entries",
     "boom": "coupling.paper.boom:entries",
+    "hinges": "coupling.paper.hinges:entries",
     "slider_crank": "coupling.paper.slider_crank:entries",
+    "mast": "coupling.paper.mast:entries",
     "floating_frame": "coupling.paper.floating_frame:entries",
 }
 """Name of each section, and the function that yields its entries."""
