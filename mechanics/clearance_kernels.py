@@ -20,6 +20,14 @@ Derivatives of φ by z and ż are taken by the same code with complex numbers, e
 import numpy as np
 from numba import njit
 
+from mechanics.clearance_lanes import (
+    CONSTANTS,
+    LOCAL,
+    MORE,
+    PRESENT,
+    gathered,
+    measured,
+)
 from mechanics.contact_laws import (
     ACTIVE,
     CENTRE,
@@ -33,6 +41,7 @@ from mechanics.contact_laws import (
     stored,
 )
 from mechanics.kernels import ENERGY, FORCE, REMEMBER, RESPOND, TANGENT, kernel
+from mechanics.lanes import WIDTH
 from mechanics.relative import DIRECTION, OFFSET, evaluate, expand, gather, scratch, spread
 
 ORIGIN, JOURNAL, BEARING, PLACES = 0, 3, 17, 38
@@ -274,36 +283,80 @@ def _derivatives(slots, floats, coef, z, w, by_z, by_w, zc, wc, phi, r, V, n, T,
             (by_z if k < 9 else by_w)[i, j] = phi[i].imag / _STEP
 
 
+@njit(cache=True, error_model="numpy")
+def _load(y, v, ints, floats, weights, members, count, source):
+    """What ``WIDTH`` joints of ``members`` are measured by; the last stands for those missing."""
+    x, u = np.empty(18), np.empty(18)
+    for k in range(WIDTH):
+        e = members[min(k, count - 1)]
+        _local(y, v, ints[e], floats[e], weights, x, u)
+        for i in range(18):
+            source[(LOCAL + i) * WIDTH + k] = x[i]
+            source[(MORE + i) * WIDTH + k] = u[i]
+        for i in range(PLACES):
+            source[(CONSTANTS + i) * WIDTH + k] = floats[e, i]
+        for d in range(2):
+            there = np.any(floats[e, JOURNAL + 7 * d : JOURNAL + 7 * d + 7])
+            source[(PRESENT + d) * WIDTH + k] = 1.0 if there else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _take(found, k, z, w):
+    """Measures of one of ``WIDTH`` joints and their rates."""
+    for i in range(9):
+        z[i], w[i] = found[i * WIDTH + k], found[(9 + i) * WIDTH + k]
+
+
+@njit(cache=True, error_model="numpy")
+def _spread(local, k, ints, floats, weights, spreading, out):
+    """Add the force of one of ``WIDTH`` joints to those of the coordinates."""
+    K = (ints.size - VECTORS) // 2
+    one = np.empty(18)
+    for i in range(18):
+        one[i] = local[i * WIDTH + k]
+    for side in range(2):
+        spreading[:] = 0.0
+        expand(one, 9 * side, floats[weights + 3 * K * side :], ints[side], spreading, 0)
+        for j in range(ints[side]):
+            for i in range(3):
+                out[ints[VECTORS + K * side + j] + i] += spreading[3 * j + i]
+
+
 @kernel(FORCE)
 def add_force(y, v, coef, ints, floats, out):
     """Resisting force of every joint."""
     slots, K = coef.shape[1] // SLOT, (ints.shape[1] - VECTORS) // 2
-    weights, work, none = PLACES + POINT * slots, scratch(), np.empty((0, 18, 18))
-    x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
+    weights, z, w = PLACES + POINT * slots, np.empty(9), np.empty(9)
     r, phi, V, n, T, new = (
         np.empty(COLUMNS), np.empty(9), np.empty(3), np.empty(3), np.empty(3), np.empty(7)
     )  # fmt: skip
-    local, spreading = np.empty(18), np.empty(3 * K)
-    for e in range(ints.shape[0]):
-        if not _acts(coef[e], slots):
-            continue
-        _local(y, v, ints[e], floats[e], weights, x, u)
-        _measure(x, floats[e], z, Z, none, work)
-        _rates(Z, u, w)
-        if not _points(slots, floats[e], coef[e], z, w, r, phi, V, n, T, new):
-            continue
-        for i in range(18):
-            local[i] = 0.0
-            for k in range(9):
-                local[i] -= phi[k] * Z[k, i]
-        for side in range(2):
-            spreading[:] = 0.0
-            expand(
-                local, 9 * side, floats[e, weights + 3 * K * side :], ints[e, side], spreading, 0
-            )
-            for k in range(ints[e, side]):
-                for i in range(3):
-                    out[ints[e, VECTORS + K * side + k] + i] += spreading[3 * k + i]
+    source, found = np.empty((MORE + 18) * WIDTH), np.empty(18 * WIDTH)
+    members, spreading, e = np.empty(WIDTH, np.int64), np.empty(3 * K), 0
+    pressing = np.empty(WIDTH, np.bool_)
+    while e < ints.shape[0]:
+        count = 0
+        while e < ints.shape[0] and count < WIDTH:
+            if _acts(coef[e], slots):
+                members[count] = e
+                count += 1
+            e += 1
+        if count == 0:
+            break
+        _load(y, v, ints, floats, weights, members, count, source)
+        measured(source, found)
+        for k in range(WIDTH):
+            phi[:] = 0.0
+            if k < count:
+                j = members[k]
+                _take(found, k, z, w)
+                pressing[k] = _points(slots, floats[j], coef[j], z, w, r, phi, V, n, T, new)
+            for i in range(9):
+                source[(MORE + i) * WIDTH + k] = phi[i]
+        gathered(source, found)
+        for k in range(count):
+            if pressing[k]:
+                j = members[k]
+                _spread(found, k, ints[j], floats[j], weights, spreading, out)
 
 
 @njit(cache=True, error_model="numpy")
@@ -365,18 +418,21 @@ def add_tangent(y, v, coef, ints, floats, cK, cC, slots, data):
 def _respond(y, v, coef, ints, floats, response, history):
     """Overwrite response (n_c, 32) and history (n_c, 7) of every contact."""
     slots = coef.shape[1] // SLOT
-    weights, work, none = PLACES + POINT * slots, scratch(), np.empty((0, 18, 18))
-    x, u, z, w, Z = np.empty(18), np.empty(18), np.empty(9), np.empty(9), np.empty((9, 18))
+    weights, z, w = PLACES + POINT * slots, np.empty(9), np.empty(9)
     phi, V, n, T = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
-    for e in range(ints.shape[0]):
-        _local(y, v, ints[e], floats[e], weights, x, u)
-        _measure(x, floats[e], z, Z, none, work)
-        _rates(Z, u, w)
-        for s in range(slots):
-            at, point = slots * e + s, floats[e, PLACES + POINT * s :]
-            _point(
-                point, coef[e, SLOT * s :], z, w, response[at], phi, V, n, T, history[at]
-            )  # fmt: skip
+    source, found = np.empty((MORE + 18) * WIDTH), np.empty(18 * WIDTH)
+    for first in range(0, ints.shape[0], WIDTH):
+        count = min(WIDTH, ints.shape[0] - first)
+        _load(y, v, ints, floats, weights, first + np.arange(WIDTH), count, source)
+        measured(source, found)
+        for k in range(count):
+            _take(found, k, z, w)
+            for s in range(slots):
+                e = first + k
+                at, point = slots * e + s, floats[e, PLACES + POINT * s :]
+                _point(
+                    point, coef[e, SLOT * s :], z, w, response[at], phi, V, n, T, history[at]
+                )  # fmt: skip
 
 
 @kernel(RESPOND)
