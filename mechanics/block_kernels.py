@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit
 
 from mechanics.kernels import FACTOR, SOLVE, kernel
+from mechanics.lane_products import BEYOND, ROWS, combine, combine_two, dots
 
 LOST = 1e-14
 """A pivot smaller than this part of what its diagonal once was is nothing but round-off [-]."""
@@ -49,46 +50,6 @@ def _subtract(out, factors, rows, stride, count):
         for k in range(n):
             out[k] -= p * a[k]
         j += 1
-
-
-@njit(cache=True, error_model="numpy")
-def _subtract_two(out, other, factors, second, rows, stride, count):
-    """The same for two results of the same rows, which are fetched once for both."""
-    n, j = len(out), 0
-    while j + 4 <= count:
-        p, q, r, s = factors[j], factors[j + 1], factors[j + 2], factors[j + 3]
-        t, u, v, w = second[j], second[j + 1], second[j + 2], second[j + 3]
-        at = j * stride
-        a, b = rows[at : at + n], rows[at + stride : at + stride + n]
-        c = rows[at + 2 * stride : at + 2 * stride + n]
-        d = rows[at + 3 * stride : at + 3 * stride + n]
-        for k in range(n):
-            e, f, g, h = a[k], b[k], c[k], d[k]
-            out[k] -= p * e + q * f + r * g + s * h
-            other[k] -= t * e + u * f + v * g + w * h
-        j += 4
-    while j < count:
-        p, t, at = factors[j], second[j], j * stride
-        a = rows[at : at + n]
-        for k in range(n):
-            out[k] -= p * a[k]
-            other[k] -= t * a[k]
-        j += 1
-
-
-@njit(cache=True, error_model="numpy")
-def _dots(rows, stride, values, n, out):
-    """Products of four rows, ``stride`` apart, with n values."""
-    a, b = rows[:n], rows[stride : stride + n]
-    c, d = rows[2 * stride : 2 * stride + n], rows[3 * stride : 3 * stride + n]
-    p, q, r, s = 0.0, 0.0, 0.0, 0.0
-    for k in range(n):
-        x = values[k]
-        p += a[k] * x
-        q += b[k] * x
-        r += c[k] * x
-        s += d[k] * x
-    out[0], out[1], out[2], out[3] = p, q, r, s
 
 
 @njit(cache=True, error_model="numpy")
@@ -258,13 +219,11 @@ def factor_symmetric(ints, data, work):
             while k < rows:
                 pair = k + 1 < rows
                 _multipliers(front, lower, n, w, i, below, inverse, f)
-                values[: r - i] = 0.0
                 if pair:
                     _multipliers(front, lower, n, w, i + 1, below, inverse, g)
-                    more[: r - i] = 0.0
-                    _subtract_two(values[: r - i], more[: r - i], f, g, front[n + i :], w, n)
+                    combine_two(values, more, f, g, front[n + i :], w, r - i, n)
                 else:
-                    _subtract(values[: r - i], f, front[n + i :], w, n)
+                    combine(values, f, front[n + i :], w, r - i, n)
                 row = base + k * width
                 _note(work, peak + ints[at + 4] + k, row + k)
                 _spread(ints, at + 6, ints[at + 5], k, values, work[row : row + width])
@@ -305,15 +264,13 @@ def factor_general(ints, data, work):
             for k in range(rows):
                 for j in range(n):
                     f[j] = lower[j * r + i]
-                values[: r - begin] = 0.0
-                _subtract(values[: r - begin], f, front[n + begin :], w, n)
+                combine(values, f, front[n + begin :], w, r - begin, n)
                 row = ints[at + 1] + k * ints[at + 2]
                 _note(work, peak + ints[at + 4] + k, row + k)
                 _spread(ints, at + 6, ints[at + 5], 0, values, work[row:])
                 for j in range(n):
                     f[j] = front[j * w + n + i]
-                values[: r - end] = 0.0
-                _subtract(values[: r - end], f, lower[end:], r, n)
+                combine(values, f, lower[end:], r, r - end, n)
                 row = ints[at + 3] + k * (ints[at + 2] - rows) - rows
                 _spread(ints, at + 6, ints[at + 5], rows, values, work[row:])
                 i += 1
@@ -325,19 +282,21 @@ def factor_general(ints, data, work):
 def _back(front, n, w, inverse, own, values, spare):
     """Unknowns of a block from the later ones, which are values[n:]."""
     r = w - n
-    whole = n - n % 4
-    for i in range(0, whole, 4):
-        _dots(front[i * w + n :], w, values[n:], r, spare[i:])
+    whole = n - n % ROWS
+    values[w : w + BEYOND] = 0.0
+    for i in range(0, whole, ROWS):
+        dots(front[i * w + n :], w, values[n:], r, spare[i:])
     for i in range(whole, n):
         s = 0.0
         for k in range(r):
             s += front[i * w + n + k] * values[n + k]
         spare[i] = s
-    for i in range(n - 1, -1, -1):
-        s = own[i] - spare[i]
-        for k in range(i + 1, n):
-            s -= front[i * w + k] * own[k]
-        own[i] = s * inverse[i]
+    for i in range(n):
+        own[i] -= spare[i]
+    for k in range(n - 1, -1, -1):
+        own[k] *= inverse[k]
+        for i in range(k):
+            own[i] -= front[i * w + k] * own[k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -390,8 +349,7 @@ def _swapped(front, lower, n, w, swap, own, values):
         for k in range(i):
             s += front[i * w + k] * own[k]
         own[i] -= s
-    values[: w - n] = 0.0
-    _subtract(values[: w - n], own, lower, w - n, n)
+    combine(values, own, lower, w - n, w - n, n)
 
 
 @njit(cache=True, error_model="numpy")
@@ -401,8 +359,7 @@ def _scaled(front, n, w, inverse, own, f, values):
         f[i] = own[i] * inverse[i]
         for k in range(i + 1, n):
             own[k] -= front[i * w + k] * f[i]
-    values[: w - n] = 0.0
-    _subtract(values[: w - n], f, front[n:], w, n)
+    combine(values, f, front[n:], w, w - n, n)
 
 
 @njit(cache=True, error_model="numpy")

@@ -22,6 +22,7 @@ from scipy.sparse import coo_array
 
 from mechanics.assembly import Pattern
 from mechanics.block_kernels import HEAD, LAST, PEAK, RECORDS, SIZE, WIDEST
+from mechanics.lane_products import BEYOND
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -201,7 +202,7 @@ def lay_out(pattern: Pattern, blocks: Blocks, symmetric: bool) -> tuple[Indices,
         here = start + len(records)
         records += [last, *fronts.record(j)]
         last = here
-    widest = int(fronts.width.max())
+    widest = int(fronts.width.max()) + BEYOND
     head = np.zeros(HEAD, np.int64)
     head[[SIZE, WIDEST, RECORDS, LAST, PEAK]] = size, widest, start, last, fronts.end
     ints = np.concatenate([head, np.concatenate(blocks.members), packed, records])
