@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from operator import mul
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,10 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from slopes import expected_jacobian, force, jacobian, slopes
 
+from coupling import casefile, simulation
+from coupling.descriptions import motion_description
+from coupling.errors import BadCase
+from coupling.reading import Results
 from coupling.verify.models import ROOM, bent, clamp, elastic, model, sections, straight
 from mechanics import floating, kernels
 from mechanics.description import Clamp, Description, Force, Revolute, Site
@@ -335,3 +340,54 @@ def test_a_free_frame_is_found_to_move():
 def test_systems_without_frames_have_none():
     system = System(Description([beam(None)]))
     assert system.m == 0 and set(system.layout.bodies) == {"beam"}
+
+
+# -- in cases --------------------------------------------------------------------------------------
+
+ARM = Path(__file__).parent.parent / "cases" / "arm_rotation"
+FRAMED = 'body.arm.formulation="floating-frame"'
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ([FRAMED], "body.arm.modes: missing"),
+        (["body.arm.modes=6"], "body.arm.modes: belongs to formulation"),
+        ([FRAMED, "body.arm.modes=7"], "body.arm.modes: expected a multiple of 3, got 7"),
+        ([FRAMED, "body.arm.modes=93"], "body.arm.modes: 16 elements have 90 at most, got 93"),
+        ([FRAMED, "body.arm.modes=-3"], "body.arm.modes: expected an integer of at least 0"),
+        (['body.arm.formulation="modal"', "body.arm.modes=6"], "body.arm.formulation"),
+        (
+            [FRAMED, "body.arm.modes=6", 'body.arm.element="beam3333"'],
+            "body.arm.formulation: does not go with a beam of element beam3333",
+        ),
+        (
+            [FRAMED, "body.arm.modes=6", 'mechanics.solver="continuum"'],
+            "body.arm.formulation: a floating frame has modes of a beam",
+        ),
+    ],
+)
+def test_cases_with_impossible_frames_are_refused(changes, message):
+    with pytest.raises(BadCase) as refused:
+        casefile.read(ARM, changes)
+    assert any(message in f"{p.path}: {p.text}" for p in refused.value.problems)
+
+
+def test_a_cable_has_no_frame():
+    changes = [FRAMED, "body.arm.modes=6", 'body.arm.kind="cable"']
+    with pytest.raises(BadCase) as refused:
+        casefile.read(ARM, changes)
+    assert any("does not go with a cable" in p.text for p in refused.value.problems)
+
+
+def test_a_hinge_with_play_heat_and_results_take_it_as_any_beam(tmp_path):
+    tips = []
+    for changes in ([], [FRAMED, "body.arm.modes=6"]):
+        scene = casefile.read(ARM, [*changes, "time.end=0.3", "output.export=[]"])
+        assert motion_description(scene).bodies[0].modes == (6 if changes else None)
+        outcome = simulation.run(scene, tmp_path)
+        assert outcome.code == 0
+        with Results.open(outcome.folder) as results:
+            assert "resultants" in results.names("bodies/arm")
+            tips.append(results.table("probes/tip")["position"][-1, 1])
+    assert tips[1] == pytest.approx(tips[0], rel=0.02) and tips[0] < -5e-4
