@@ -50,14 +50,14 @@ def _client(address: str) -> Any:
         text = "Dask is not installed; pip install 'thermobody[cluster]'"
         raise BadCase("--scheduler", [Problem("", text)]) from None
     try:
-        return Client(address, timeout=PATIENCE, set_as_default=False)
+        return Client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         text = f"no scheduler answers at {address}: {error}"
         raise BadCase("--scheduler", [Problem("", text)]) from None
 
 
 def _outcome(future: Any) -> Point:
-    error = future.exception()
-    if error is None:
+    try:
         return future.result()
-    return Point(LOST, f"{type(error).__name__}: {error}")
+    except Exception as error:  # of the cluster: ``compute`` has none
+        return Point(LOST, f"{type(error).__name__}: {error}")
