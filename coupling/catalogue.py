@@ -57,6 +57,15 @@ FRICTION = {
     "rising": "sticks; the bound rises while it does",
 }
 """What the friction laws of ``mechanics.contact.FRICTION`` are."""
+DESIGNS = {
+    "full-factorial": "all combinations of levels",
+    "fractional-factorial": "of two levels, a half or less, of a resolution (Box & Hunter 1961)",
+    "central-composite": "corners, axes, middle: a quadratic response (Box & Wilson 1951)",
+    "box-behnken": "the same of 3 to 7 factors without corners (Box & Behnken 1960)",
+    "latin-hypercube": "so many runs that fill the space, each layer once",
+    "sobol": "a power of two of runs that fill the space evenly",
+}
+"""What the designs of ``coupling.sweeps.designs`` are."""
 ANALYSES = get_args(Analysis.model_fields["kind"].annotation)
 SCHEMES = get_args(Integrator.model_fields["scheme"].annotation)
 
@@ -76,6 +85,7 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     _section(out, "schemes  (integrator.scheme)", _bare(SCHEMES))
     _section(out, "generated structures  (generate.NAME.kind)", _bare(KINDS))
     _section(out, "stages of a cross-check  (crosscheck.stages)", [*STAGES.items()])
+    _section(out, "designs of sweeps  (sweep.NAME.design.kind)", [*DESIGNS.items()])
     of_a_case = [*OF_A_CASE, "and its tables [report.NAME]"]
     _section(out, "reports of a case  (thermobody report CASE NAME)", _bare(of_a_case))
     for what, reports in OWN.items():
