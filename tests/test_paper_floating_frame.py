@@ -40,13 +40,15 @@ def _ran(x, y, turn):
     values = {"x": np.array([[L], [x]]), "y": np.array([[0.0], [y]]), "root_x": zero,
               "root_y": zero, "turn": np.array([[0.0], [turn]]), "force": 1.0 + zero,
               "peak": 2.0 + zero}  # fmt: skip
-    return Ran("done", "", 0.0, (2.0,), values=values)
+    return Ran("done", "", 0.0, (2.0,), times=np.array([0.0, 1.0]), values=values)
 
 
 def test_the_pose_is_seen_from_the_root():
     c, s = np.cos(0.3), np.sin(0.3)
-    pose = section._pose(_ran(c * 63.0 - s * 2.0, s * 63.0 + c * 2.0, 0.3))
+    turned = _ran(c * 63.0 - s * 2.0, s * 63.0 + c * 2.0, 0.3)
+    pose = section._pose(turned, turned.times)
     assert (pose.along[-1], pose.across[-1]) == pytest.approx((63.0, 2.0))
+    assert section._pose(turned, np.array([0.0, 0.5, 1.0])).along.size == 3
     entry = section._arm(_ran(63.0, 2.0, 0.0), _ran(63.05, 2.02, 0.0))
     assert "+1.00 %" in entry.inputs and "0.05 m of it" in entry.inputs
     assert entry.kind == "does not follow"

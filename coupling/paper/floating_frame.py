@@ -81,15 +81,16 @@ def entries(work: Workshop) -> Iterator[Entry]:
 # ------------------------------------------------------------------------------------ the arm
 
 
-def _pose(ran: Ran) -> Pose:
-    x = ran.values["x"][:, 0] - ran.values["root_x"][:, 0]
-    y = ran.values["y"][:, 0] - ran.values["root_y"][:, 0]
-    c, s = np.cos(ran.values["turn"][:, 0]), np.sin(ran.values["turn"][:, 0])
+def _pose(ran: Ran, times: Array) -> Pose:
+    """At the given times: a window that is halved has more than others."""
+    value = {name: np.interp(times, ran.times, rows[:, 0]) for name, rows in ran.values.items()}
+    x, y = value["x"] - value["root_x"], value["y"] - value["root_y"]
+    c, s = np.cos(value["turn"]), np.sin(value["turn"])
     return Pose(c * x + s * y, c * y - s * x)
 
 
 def _arm(true: Ran, framed: Ran) -> Entry:
-    a, b = _pose(true), _pose(framed)
+    a, b = _pose(true, true.times), _pose(framed, true.times)
     bow, off = a.across[-1], b.across[-1] - a.across[-1]
     shorter, missing = LENGTH - a.along[-1], b.along[-1] - a.along[-1]
     apart = float(np.hypot(b.along - a.along, b.across - a.across).max())
