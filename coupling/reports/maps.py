@@ -99,8 +99,12 @@ def _frame(ax: Any, picture: Map) -> None:
         ax.set(**{f"{name}scale": "log"})
     for name in "xy":
         values = np.array([getattr(s, name) for s in picture.spots])
-        room = 10.0**0.4 if name in picture.logarithmic else 1.0
-        ax.set(**{f"{name}lim": (values.min() / room, values.max() * room)})
+        low, high = values.min(), values.max()
+        edge = 0.04 * (high - low)
+        ends = (low - edge, high + edge)
+        if name in picture.logarithmic:
+            ends = (low / 10.0**0.4, high * 10.0**0.4)
+        ax.set(**{f"{name}lim": ends})
     ax.set_xlabel(picture.x)
     ax.set_ylabel(picture.y)
     ax.set_title(picture.title)

@@ -128,7 +128,7 @@ def map_of(known: Known) -> Result:
     curve = Curve("peak of the describing function", ridge, [1e3 * a for a in ANGLES], "-")
     picture = Map(
         "", "excitation frequency [rad/s]", "clearance over arm length [mrad]",
-        "amplitude / static deflection [-]", spots, [curve], "x", (0.02, 8.0),
+        "amplitude / static deflection [-]", spots, [curve], "x", (0.3, 7.0),
     )  # fmt: skip
     title = "Response amplitude over clearance and excitation frequency, revolute joint"
     return Result("response_map", title, columns, rows, _map_notes(rows), [picture])
