@@ -68,6 +68,8 @@ class Moment(NamedTuple):
     motion : has t, q and v;  sections : (m, 3) float [K, K/m, K/m]  temperatures of sections
     T : (n,) float [K]  nodal temperatures;  ledger : () -> energies and works [J]
     contacts : name -> what each contact did so far
+    response : (n_c, columns) float  of the contacts at the end of the last step, see
+        ``mechanics.march``; None: no step has been watched
     """
 
     motion: Any
@@ -75,6 +77,7 @@ class Moment(NamedTuple):
     T: Array
     ledger: Any
     contacts: dict[str, dict[str, float]]
+    response: Array | None = None
 
 
 # ---------------------------------------------------------------------------------- checking
@@ -201,8 +204,7 @@ def width_of(of: str) -> int:
 
 def needs_contacts(sought: Iterable[Measured]) -> bool:
     """Whether the steps within the windows have to be watched."""
-    return any(one.of.startswith("contact.") and one.of.rpartition(".")[2] in CONTACT
-               for one in sought)  # fmt: skip
+    return any(one.of.startswith("contact.") for one in sought)
 
 
 # ----------------------------------------------------------------------------------- reading
@@ -269,10 +271,7 @@ def _meeting(model: Any, name: str, key: str, at: Moment) -> float:
     found = [c for c in model.contacts if c.name == name or c.name.startswith(f"{name}.")]
     if not found:
         raise KeyError(name)
-    system, motion = model.motion_solver.system, at.motion
-    y = system.unknowns(motion.q, motion.lam)
-    v = np.concatenate([motion.v, np.zeros(system.m)])
-    response = system.respond(y, v, system.coefficients(at.sections))
+    response = _response(model, at) if at.response is None else at.response
     if key == "force":
         forces = response[:, march.ELASTIC] + response[:, march.DISSIPATIVE]
         return max(float(forces[c.row : c.row + 1 + c.parts].max()) for c in found)
@@ -280,6 +279,14 @@ def _meeting(model: Any, name: str, key: str, at: Moment) -> float:
     place = {"x": march.PATH, "y": march.PATH + 1, "vx": march.PATH_RATE,
              "vy": march.PATH_RATE + 1, "radius_gap": march.GAP}[key]  # fmt: skip
     return float(response[first.row, place])
+
+
+def _response(model: Any, at: Moment) -> Array:
+    """(n_c, columns) of the contacts before the first step."""
+    system, motion = model.motion_solver.system, at.motion
+    y = system.unknowns(motion.q, motion.lam)
+    v = np.concatenate([motion.v, np.zeros(system.m)])
+    return system.respond(y, v, system.coefficients(at.sections))
 
 
 def course(of: str, rows: Array) -> Array:

@@ -205,9 +205,11 @@ class _Watch:
         if self._rows and before is not None:
             self._count(before)
         model, motion = self.model, state.motion.motion
+        last = self._rows[-1].response[-1] if self._rows else None
         at = Moment(
-            motion, model.sections(state), state.T, lambda: model.ledger(state), self._contacts
-        )
+            motion, model.sections(state), state.T, lambda: model.ledger(state), self._contacts,
+            last,
+        )  # fmt: skip
         self._times.append(motion.t)
         for name, sought in self.sought.items():
             self._values[name].append(read(model, sought.of, at))
