@@ -15,6 +15,7 @@ from coupling import (
     pictures,
     skin_pictures,
     telescope_pictures,
+    turning_pictures,
 )
 from coupling.clocks import analysis_of
 from coupling.contact_places import TUBE, contact_groups, form_of, peak_force
@@ -158,7 +159,7 @@ def _ring_pictures(results: Results) -> Iterator[Picture]:
         yield Picture("deployment", deployment_pictures.draw_deployment, (14.0, 6.4))
     if deployment_pictures.warms_or_cools(results):
         yield Picture("paths", deployment_pictures.draw_paths, (14.0, 7.0))
-    if deployment_pictures.liveliest_hinge(results) is not None:
+    if deployment_pictures.has_hinges(results):
         yield Picture("hinge", deployment_pictures.draw_hinge, (12.0, 5.0))
 
 
@@ -173,6 +174,10 @@ def _of_joint(results: Results, joint: str, contacts: list[str]) -> Iterator[Any
         return
     if contact_pictures.round_contacts(results, joint):
         yield "orbit", contact_pictures.draw_orbit, (11.0, 5.6)
+        if turning_pictures.has_stages(results, joint):
+            yield "stages", turning_pictures.draw_stages, (14.0, 5.0)
+        if turning_pictures.is_warm(results, joint):
+            yield "stick_slip", turning_pictures.draw_stick_slip, (11.0, 7.0)
     height = 7.0 if len(contacts) == 1 else 8.0 + 0.5 * len(contacts)
     yield "contact", contact_pictures.draw_contact, (10.0, height)
 
