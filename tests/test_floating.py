@@ -25,6 +25,7 @@ from mechanics.modes import modes
 from mechanics.schemes import Scheme
 from mechanics.solver import Mechanics
 from mechanics.system import Factors, System
+from meshes.generate import arc
 from meshes.materials import constant_material
 from meshes.sections import rectangle
 
@@ -391,3 +392,14 @@ def test_a_hinge_with_play_heat_and_results_take_it_as_any_beam(tmp_path):
             assert "resultants" in results.names("bodies/arm")
             tips.append(results.table("probes/tip")["position"][-1, 1])
     assert tips[1] == pytest.approx(tips[0], rel=0.02) and tips[0] < -5e-4
+
+
+def test_a_curved_body_vibrates_as_its_mesh():
+    points, axes = arc(np.zeros(3), np.array([0.0, 1.0, 0.0]), Z, 0.5 * np.pi, 10)
+    found = []
+    for count in (None, 12):
+        body = replace(beam(count, 10), points=points, axes=axes)
+        system = model(body, [clamp()]).system
+        coef = system.coefficients(sections(system))
+        found.append(modes(system, system.layout.q0, np.zeros(system.m), coef, 4).frequencies)
+    assert found[1] == pytest.approx(found[0], rel=5e-3)
