@@ -239,6 +239,8 @@ def _in_space(figure: Any, tubes: tuple[Body, Body], stands: Standing) -> None:
     middle = tubes[1].position[0, 0]
     ax.set_ylim(middle[1] - reach, middle[1] + reach)
     ax.set_zlim(middle[2] - reach, middle[2] + reach)
+    ax.locator_params(axis="y", nbins=5)
+    ax.locator_params(axis="z", nbins=5)
     ax.set_box_aspect((2.2, 1.0, 1.0), zoom=1.0)
     for axis in "xyz":
         getattr(ax, f"set_{axis}label")(f"{axis} [m]")

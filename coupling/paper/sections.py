@@ -14,6 +14,7 @@ SECTIONS = {
     "table_3": "coupling.paper.table_3:entries",
     "table_4": "coupling.paper.table_4:entries",
     "table_5": "coupling.paper.table_5:entries",
+    "arms": "coupling.paper.arms:entries",
     "boom": "coupling.paper.boom:entries",
     "hinges": "coupling.paper.hinges:entries",
     "slider_crank": "coupling.paper.slider_crank:entries",
