@@ -164,24 +164,32 @@ def _resistance(k: int, panel: Panel, table: DeployableRing) -> Tables:
 def _rope(ring: Ring, table: DeployableRing) -> Tables:
     assert table.rope is not None
     made: Tables = {"kind": "pulley", "points": [_site(corner) for corner in ring.rope]}
+    slope = slope_of(table.fraction)
     if table.rope.stiffness is not None:
         made |= {"stiffness": table.rope.stiffness, "damping": table.rope.damping}
+        made["length"] = slack_rope(table, slope)
     if table.winch is not None:
-        times, paid_out = winch_law(table.form, slope_of(table.fraction), table.winch)
+        times, angles = winch_law(table.form, slope, table.winch)
+        paid_out = [slack_rope(table, float(a)) - slack_rope(table, slope) for a in angles]
         rows = zip(times, paid_out, strict=True)
         made["winch"] = {"table": [[float(t), float(x)] for t, x in rows]}
     return made
 
 
-def winch_law(
-    form: Form, slope: float, winch: Winch
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Times [s] and rope paid out [m] since the start, (points,) each."""
-    last = form.rope(0.0) - winch.overrun
+def slack_rope(table: DeployableRing, slope: float) -> float:
+    """Length [m] without force of the rope that holds the ring at a slope [rad]."""
+    assert table.rope is not None
+    if table.rope.stiffness is None or table.resistance is None:
+        return table.form.rope(slope)
+    tension = table.resistance.moment / table.form.lever(slope)
+    return table.form.rope(slope) / (1.0 + tension / table.rope.stiffness)
+
+
+def winch_law(form: Form, slope: float, winch: Winch) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s], and slopes [rad] to which the rope belongs that is then left, (points,) each."""
     share = np.linspace(0.0, 1.0, winch.points)
-    angle = slope + (_slope_at(form, last) - slope) * _there(share)
-    rope = np.array([form.rope(float(a)) for a in angle])
-    return winch.start + winch.duration * share, rope - rope[0]
+    last = _slope_at(form, form.rope(0.0) - winch.overrun)
+    return winch.start + winch.duration * share, slope + (last - slope) * _there(share)
 
 
 def _there(share: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.contact_places import contact_groups
 from coupling.pictures import heading, scaled
 from coupling.reading import Results
 
@@ -25,8 +24,7 @@ FRACTIONS = (0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
 MOVED = 0.02
 """Change of diameter, of itself, from which on a ring counts as deploying [-]."""
 MOST_PATHS = 6
-TICKS = 1e-9
-"""Time between two rows that counts as none, of the length of the run [-]."""
+TURN, RATE = "#0072B2", "#c8321e"
 
 
 class Members(NamedTuple):
@@ -242,48 +240,69 @@ def _course(results: Results, probe: str) -> tuple[Array, Array, Array]:
 # -- a hinge -----------------------------------------------------------------------------------
 
 
-def liveliest_hinge(results: Results) -> str | None:
-    """The hinge of a chord that turns most; None: none has play."""
-    names = [
-        name
-        for contacts in contact_groups(results).values()
-        for name in contacts
-        if name.startswith("chord_") and f"joints/{name}/angle" in results
-    ]
-    spans = {name: float(np.ptp(results[f"joints/{name}/angle"])) for name in names}
-    return max(spans, key=lambda name: spans[name]) if spans else None
+class Turning(NamedTuple):
+    """Turn of a hinge since the start [rad] in every frame, and times of its changes of regime."""
+
+    name: str
+    time: Array
+    angle: Array
+    changes: Array
+
+
+def has_hinges(results: Results) -> bool:
+    """Whether hinges of chords have play."""
+    return any(name.startswith("chord_") for name in results.names("joints"))
+
+
+def liveliest_hinge(results: Results) -> Turning:
+    """The hinge of a chord that turns most."""
+    posts = len(_bodies(results, "batten"))
+    found = []
+    for chord in (*_bodies(results, "chord_low"), *_bodies(results, "chord_up")):
+        for at in ("start", "end"):
+            if f"joints/{chord}_{at}/regime" in results:
+                found.append((f"{chord}_{at}", _turn(results, chord, at, posts)))
+    name, angle = max(found, key=lambda one: float(np.ptp(one[1])))
+    return Turning(name, results["frames/time"], angle, _changes(results, name))
+
+
+def _turn(results: Results, chord: str, at: str, posts: int) -> Array:
+    """(frames,) turn of an end of a chord on its post, about the normal of the panel."""
+    number = chord.rpartition("_")[2]
+    post = (int(number) + (at == "end")) % posts
+    end, level = -(at == "end"), -chord.startswith("chord_up")
+    journal = results[f"bodies/{chord}/axes"][:, end]
+    bearing = results[f"bodies/batten_{post:0{len(number)}d}/axes"][:, level]
+    inside = np.einsum("fij,fkj->fki", bearing, journal)  # axes of the chord in those of the post
+    along, normal = inside[:, 0], inside[0, 1]
+    sine = np.cross(along[0], along) @ normal
+    return np.unwrap(np.arctan2(sine, along @ along[0]))
+
+
+def _changes(results: Results, name: str) -> Array:
+    """Times [s] at which a hinge goes between flight and contact, stick and slip."""
+    time, regime = results[f"joints/{name}/time"], results[f"joints/{name}/regime"]
+    return time[1:][np.diff(regime) != 0]
 
 
 def draw_hinge(results: Results, figure: "Figure") -> None:
     """Angle and rate of a hinge over time, and its phase portrait with changes of regime."""
-    name = liveliest_hinge(results)
-    assert name is not None
-    heading(results, figure, f"hinge {name}")
-    time, angle, rate, changes = hinge_course(results, name)
-    factor, unit = scaled(angle - angle[0], "rad")
-    left, right = figure.subplots(1, 2, width_ratios=[1.4, 1.0])
-    left.plot(time, factor * (angle - angle[0]), color="#0072B2")
-    left.set_ylabel(f"turn since the start [{unit}]", color="#0072B2")
-    left.set_xlabel("time [s]")
+    hinge = liveliest_hinge(results)
+    heading(results, figure, f"hinge {hinge.name}")
+    rate = np.gradient(hinge.angle, hinge.time)
+    factor, unit = scaled(hinge.angle, "rad")
     fast, speed = scaled(rate, "rad/s")
+    left, right = figure.subplots(1, 2, width_ratios=[1.4, 1.0])
+    left.plot(hinge.time, factor * hinge.angle, color=TURN)
+    left.set_ylabel(f"turn since the start [{unit}]", color=TURN)
+    left.set_xlabel("time [s]")
     beside = left.twinx()
-    beside.plot(time, fast * rate, color="#c8321e", lw=0.7)
-    beside.set_ylabel(f"rate [{speed}]", color="#c8321e")
+    beside.plot(hinge.time, fast * rate, color=RATE, lw=0.7)
+    beside.set_ylabel(f"rate [{speed}]", color=RATE)
     beside.grid(False)
-    right.plot(factor * (angle - angle[0]), fast * rate, color="#0072B2", lw=0.6)
-    right.plot(
-        factor * (angle - angle[0])[changes], fast * rate[changes], "o", ms=2.5, color="#c8321e",
-        label=f"between contact and flight, stick and slip: {changes.size}",
-    )  # fmt: skip
+    right.plot(factor * hinge.angle, fast * rate, color=TURN, lw=0.7)
+    there = [np.interp(hinge.changes, hinge.time, course) for course in (hinge.angle, rate)]
+    right.plot(factor * there[0], fast * there[1], "o", ms=2.5, color=RATE)
+    right.set_title(f"{hinge.changes.size} changes between flight, stick and slip")
     right.set_xlabel(f"turn [{unit}]")
     right.set_ylabel(f"rate [{speed}]")
-    right.legend(loc="upper right")
-
-
-def hinge_course(results: Results, name: str) -> tuple[Array, Array, Array, NDArray[np.intp]]:
-    """Time [s], angle [rad], rate [rad/s] of a hinge; rows at which its regime changes."""
-    time, angle = results[f"joints/{name}/time"], results[f"joints/{name}/angle"]
-    regime = results[f"joints/{name}/regime"]
-    kept = np.concatenate([[True], np.diff(time) > TICKS * time[-1]])
-    time, angle, regime = time[kept], angle[kept], regime[kept]
-    return time, angle, np.gradient(angle, time), np.flatnonzero(np.diff(regime)) + 1

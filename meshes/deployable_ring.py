@@ -49,6 +49,10 @@ class Form(NamedTuple):
         L, H = self.chord, self.height
         return float(np.sqrt(L**2 + H**2 + 2.0 * L * H * np.sin(slope)))
 
+    def lever(self, slope: float) -> float:
+        """By how much the diagonal becomes longer with the slope of the chords [m/rad]."""
+        return float(self.chord * self.height * np.cos(slope) / self.diagonal(slope))
+
     def rope(self, slope: float) -> float:
         """Length of the rope through all diagonals [m]."""
         return self.bays * self.diagonal(slope)
