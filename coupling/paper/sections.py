@@ -16,6 +16,7 @@ SECTIONS = {
     "table_5": "coupling.paper.table_5:entries",
     "arms": "coupling.paper.arms:entries",
     "boom": "coupling.paper.boom:entries",
+    "reflector": "coupling.paper.reflector:entries",
     "hinges": "coupling.paper.hinges:entries",
     "slider_crank": "coupling.paper.slider_crank:entries",
     "mast": "coupling.paper.mast:entries",
