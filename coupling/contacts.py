@@ -78,8 +78,8 @@ def contacts_of(scene: Scene, system: System) -> list[Contact]:
             label = name[len(joint) + 1 :]
             place = _geometry(term, tables[joint], k)
             drive, station = drives.get(joint, -1), _station(term, k)
-            of = name, joint, label, tables[joint]
-            found.append(Contact(*of, *place, drive, row, station=station))
+            table = tables[joint]
+            found.append(Contact(name, joint, label, table, *place, drive, row, station=station))
             row += 1
     return found
 

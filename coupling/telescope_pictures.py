@@ -110,7 +110,8 @@ def draw_snapshot(
     stands = standing(results, joint, time)
     heading(results, figure, f"{joint} at {stands.time:g} s")
     tubes = _tubes(results, contact_groups(results)[joint])
-    left, right = figure.subfigures(1, 2, width_ratios=[1.0, 1.25])
+    halves: Any = figure.subfigures(1, 2, width_ratios=[1.0, 1.25])
+    left, right = halves
     for ax, (i, j) in zip(left.subplots(3, 1), ((0, 1), (0, 2), (1, 2)), strict=True):
         _projection(ax, tubes, stands, i, j)
     _in_space(right, tubes, stands)

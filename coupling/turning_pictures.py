@@ -173,13 +173,13 @@ class Course(NamedTuple):
 
     time : (k,) float [s];  opened : (k,) float [m]  change of the clearance by heat
     across : (k,) float [m]  place of the journal along its largest motion
-    regime : (k,) int
+    regime : (k,)  codes
     """
 
     time: Array
     opened: Array
     across: Array
-    regime: NDArray[np.int8]
+    regime: Array
 
     def transitions(self) -> NDArray[np.intp]:
         """Rows at which stick follows slip or slip stick, with nothing between but flight."""

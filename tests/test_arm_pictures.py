@@ -38,7 +38,7 @@ def test_shares_of_slip_are_those_that_were_recorded(tmp_path: Path) -> None:
 
 
 def test_transitions_pass_over_flight() -> None:
-    regime = np.array([3, 3, 0, 3, 2, 0, 1, 2, 3, 3, 2], dtype=np.int8)
+    regime = np.array([3, 3, 0, 3, 2, 0, 1, 2, 3, 3, 2], dtype=float)
     time = np.arange(len(regime), dtype=float)
     found = Course(time, 0.0 * time, 0.0 * time, regime)
     assert found.transitions().tolist() == [4, 8, 10]
