@@ -169,8 +169,10 @@ def draw_paths(results: Results, figure: "Figure") -> None:
     whole = figure.add_subplot(grid[:, 0])
     _draw_ring(whole, results, ring, probes)
     image: Any = None
+    warm = [float(T) - 273.15 for p in probes for T in _course(results, p)[2]]
     for i, probe in enumerate(probes):
-        image = _draw_path(figure.add_subplot(grid[i % 2, 1 + i // 2]), results, probe)
+        place = figure.add_subplot(grid[i % 2, 1 + i // 2])
+        image = _draw_path(place, results, probe, (min(warm), max(warm)))
     if image is not None:
         figure.colorbar(
             image, ax=figure.axes[1:], label="temperature of the corner [°C]", aspect=40
@@ -184,13 +186,15 @@ def _draw_ring(ax: "Axes", results: Results, ring: Members, probes: list[str]) -
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     reach = 0.55 * diameters(ring)[frame]
     _draw_view(ax, ring, frame, centre, _aslant(), (reach, 1.2 * reach))
-    for probe in probes:
+    for i, probe in enumerate(probes):
         place = (_course(results, probe)[1][0] - centre) @ _aslant().T
         ax.plot(*place, "o", ms=6, color="#7b3294")
-        ax.annotate(probe, tuple(place), xytext=(4, 5), textcoords="offset points")
+        ax.annotate(probe, tuple(place), xytext=(4, 6 - 18 * (i % 2)), textcoords="offset points")
 
 
-def _draw_path(ax: "Axes", results: Results, probe: str) -> Any:
+def _draw_path(
+    ax: "Axes", results: Results, probe: str, span: tuple[float, float]
+) -> Any:  # fmt: skip
     """Radial and vertical displacement, coloured by temperature; returns what has the colours."""
     _, position, temperature = _course(results, probe)
     outward, up = _displacement(results, position)
@@ -199,7 +203,7 @@ def _draw_path(ax: "Axes", results: Results, probe: str) -> Any:
     ax.plot(factor * outward, factor * up, color="#c9ced4", lw=0.8, zorder=1)
     image = ax.scatter(
         factor * outward, factor * up, c=temperature - 273.15, cmap="coolwarm", s=9,
-        vmin=-50.0, vmax=200.0, zorder=2,
+        vmin=span[0], vmax=span[1], zorder=2,
     )  # fmt: skip
     ax.set_title(f"{probe}: at most {factor * np.hypot(outward, up).max():.3g} {unit}")
     ax.set_xlabel(f"outward [{unit}]")
