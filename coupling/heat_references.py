@@ -354,8 +354,24 @@ def _walls(draft: Draft) -> Iterator[Problem]:
     for name, wall in draft.named("thermal", "wall").items():
         if wall.body in _lines(draft):
             yield from _stretch(draft, wall, f"thermal.wall.{name}")
+            yield from _sides(draft, wall, f"thermal.wall.{name}")
         elif wall.body in _shells(draft):
             yield from _faces(wall, f"thermal.wall.{name}")
+
+
+def _sides(draft: Draft, wall: Wall, where: str) -> Iterator[Problem]:
+    """Hot and cold sides that the sections of a body cannot tell apart."""
+    table, body = draft.valid.get(("thermal",)), draft.named("body").get(wall.body)
+    section = draft.named("section").get(getattr(body, "section", ""))
+    alike = wall.temperature is not None or wall.hot == wall.cold
+    if table is None or section is None or alike or table.solver == "solid":
+        return
+    if section.kind == "tube" and table.wall_points == 1:
+        text = "differs from cold, and thermal.wall_points = 1 knows no sides; give 4 or more"
+        yield Problem(f"{where}.hot", text)
+    if section.kind in ("circle", "rectangle") and table.full_sections == "mean":
+        text = f"differs from cold, and only the mean of a {section.kind} is computed; "
+        yield Problem(f"{where}.hot", f"{text}give thermal.full_sections = 'gradients'")
 
 
 def _faces(wall: Wall, where: str) -> Iterator[Problem]:

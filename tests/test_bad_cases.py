@@ -1153,7 +1153,7 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
     "gear on a spherical joint": (
         added("[joint.g]\nkind='gear'\nfirst='tip'\nsecond='tap'\nratio=2\n"),
         [
-            "joint.g.first: joint.tip is a spherical; expected 'revolute' or 'cylindrical'",
+            "joint.g.first: joint.tip is a spherical; expected 'revolute', 'cylindrical' or 'clearance_revolute'",
             "joint.g.second: there is no joint 'tap'; did you mean 'tip'",
         ],
     ),

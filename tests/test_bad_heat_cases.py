@@ -6,6 +6,18 @@ from test_bad_cases import SHELL, added, assert_refused, changed, run
 SOLID = "[thermal.solid.block]\nmaterial='al6061'\nbox={size=[0.1,0.1,0.1],elements=[2,2,2]}\n"
 
 BROKEN: dict[str, tuple[str, list[str]]] = {
+    "sides that one temperature round a tube cannot have": (
+        changed(('initial = "20 degC"', 'initial = "20 degC"\nwall_points = 1')),
+        ["thermal.wall.sun.hot: differs from cold, and thermal.wall_points = 1"],
+    ),
+    "sides of a rod of which the mean is computed": (
+        changed(
+            ('kind = "tube"', 'kind = "circle"'),
+            ('mean_radius = "20 mm"', 'radius = "20 mm"'),
+            ('\nthickness = "1 mm"', ""),
+        ),
+        ["thermal.wall.sun.hot: differs from cold, and only the mean of a circle"],
+    ),
     "film on nothing": (
         added("[thermal.film.air]\nbody='bom'\ncoefficient=10\nsurroundings=300\n"),
         ["thermal.film.air.body: there is no body 'bom'"],
