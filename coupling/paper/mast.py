@@ -26,7 +26,7 @@ HEATING = 600.0
 COLUMNS = {"B": (), "C": ("temperature",), "D": ("coulomb",)}
 """Column of Table 6 and the variants of the case that stand for it."""
 OTHERS = {"one coefficient": ("one_coefficient",), "regularised": ("hua2026",)}
-SAMPLES = 0.2
+SAMPLES = 0.02
 """Time between two accelerations that are looked at [s]."""
 
 
