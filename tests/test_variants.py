@@ -4,6 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from ball_case import BALL
 
 from coupling import casefile
 from coupling.errors import BadCase
@@ -11,31 +12,11 @@ from coupling.errors import BadCase
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*/case.toml"))
 TOO_HOT = [("hinge_pentagonal", name) for name in ("hua2026", "hua2026_10", "hua2026_15")]
 """Variants whose printed temperatures no material of the library reaches."""
-TEXT = """
-[time]
-end = "1 s"
-window = "0.1 s"
-
-[body.ball]
-kind = "particle"
-position = [0, 0, 0]
-mass = "2 kg"
-
-[gravity]
-acceleration = [0, 0, -9.81]
-
-[variant.heavy]
-title = "a heavier ball"
-set = { "body.ball.mass" = "5 kg", "time.end" = "2 s" }
-
-[variant.weightless]
-without = ["gravity"]
-"""
 
 
 @pytest.fixture
 def case(tmp_path):
-    (tmp_path / "case.toml").write_text(TEXT)
+    (tmp_path / "case.toml").write_text(BALL)
     return tmp_path
 
 
@@ -73,7 +54,7 @@ def test_unknown_variants_are_all_said(case, variants, said):
 
 
 def test_what_is_wrong_in_a_variant_is_said_without_choosing_it(tmp_path):
-    text = TEXT.replace('"body.ball.mass" =', '"body..mass" =').replace("title", "titel")
+    text = BALL.replace('"body.ball.mass" =', '"body..mass" =').replace("title", "titel")
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(BadCase) as raised:
         casefile.read(tmp_path)
@@ -81,7 +62,7 @@ def test_what_is_wrong_in_a_variant_is_said_without_choosing_it(tmp_path):
 
 
 def test_taking_away_what_is_not_there_is_bad_input(tmp_path):
-    (tmp_path / "case.toml").write_text(TEXT.replace('["gravity"]', '["joint.hinge"]'))
+    (tmp_path / "case.toml").write_text(BALL.replace('["gravity"]', '["joint.hinge"]'))
     with pytest.raises(BadCase, match="is not there to be taken away"):
         casefile.read(tmp_path, (), ["weightless"])
 
