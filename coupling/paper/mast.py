@@ -27,7 +27,7 @@ COLUMNS = {"B": (), "C": ("temperature",), "D": ("coulomb",)}
 """Column of Table 6 and the variants of the case that stand for it."""
 OTHERS = {"one coefficient": ("one_coefficient",), "regularised": ("hua2026",)}
 SAMPLES, SELDOM = 0.05, 0.2
-"""Time between two accelerations that are looked at, a swing being 0.6 s; where nothing slips [s]."""
+"""Time between two accelerations that are looked at, of 0.6 s of a swing; where none slips [s]."""
 
 
 class Seen(NamedTuple):
