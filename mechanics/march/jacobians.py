@@ -3,8 +3,21 @@
 import numpy as np
 
 from mechanics.kernels import factor_at, solve_at
-from mechanics.march.program import ALPHA_F, ALPHA_M, P_SOLVER, P_SOLVER_INTS
+from mechanics.march.program import (
+    ALPHA_F,
+    ALPHA_M,
+    BODY,
+    CONSTRAINT,
+    CONTACT,
+    LOAD,
+    P_MASS_DATA,
+    P_SCALE,
+    P_SOLVER,
+    P_SOLVER_INTS,
+)
 from mechanics.march.store import (
+    A1_,
+    BODIES,
     DATA,
     FACTORS,
     IN_USE,
@@ -14,6 +27,7 @@ from mechanics.march.store import (
     MADE_FOR,
     MEASURED,
     SETTINGS,
+    TAKEN,
     TRIED,
     USED,
     V1_,
@@ -21,15 +35,18 @@ from mechanics.march.store import (
     Y1_,
     X,
     acting,
+    copy,
     fill,
     inner,
     reals,
     wholes,
 )
-from mechanics.march.terms import matrix
+from mechanics.march.terms import matrix, tangents
 
 FROZEN = 0.35
 """A Jacobian serves step sizes within this fraction of its own [-]."""
+NEAR = 0.02
+"""What bodies add is kept while no coordinate has moved by more of its size [-]."""
 
 
 @inner
@@ -61,15 +78,51 @@ def in_use(w):
 
 
 @inner
+def _near(p, w):
+    """Whether the trial is near the place where the bodies were taken."""
+    y, at, scale = reals(w, Y1_), reals(w, BODIES)[2 * reals(w, DATA).size :], reals(p, P_SCALE)
+    far = 0.0
+    for i in range(at.size):
+        far = max(far, abs(y[i] - at[i]) / scale[i])
+    return far <= NEAR
+
+
+@inner
+def _take_bodies(p, w):
+    """K and C of the bodies where the trial is."""
+    bodies = reals(w, BODIES)
+    y, v, coef, half = reals(w, Y1_), reals(w, V1_), acting(p, w), reals(w, DATA).size
+    fill(bodies, 0.0)
+    tangents(p, y, v, coef, BODY, 1.0, 0.0, bodies[:half])
+    tangents(p, y, v, coef, BODY, 0.0, 1.0, bodies[half : 2 * half])
+    copy(y[: reals(w, A1_).size], bodies[2 * half :])
+    w.whole[TAKEN] = w.whole[2] + w.whole[3] + 1
+
+
+@inner
+def _refill(p, w, cM, cK, cC):
+    """The matrix where the trial is, with bodies as they were taken: in the time between two
+    impacts they hardly change, and are what costs most."""
+    if w.whole[TAKEN] == 0 or not _near(p, w):
+        _take_bodies(p, w)
+    bodies, mass, data = reals(w, BODIES), reals(p, P_MASS_DATA), reals(w, DATA)
+    half = data.size
+    for i in range(half):
+        data[i] = cM * mass[i] + (cK * bodies[i] + cC * bodies[half + i])
+    for role in (CONSTRAINT, LOAD, CONTACT):
+        tangents(p, reals(w, Y1_), reals(w, V1_), acting(p, w), role, cK, cC, data)
+
+
+@inner
 def renew(p, w, h):
-    """Factorise where the trial is; False if singular."""
+    """Factorise where the trial is, but for bodies that have been kept; False if singular."""
     s, step, data, jacobian = reals(w, SETTINGS), reals(w, TRIED), reals(w, DATA), in_use(w)
-    weight = 1.0 - s[ALPHA_F]
-    matrix(
-        p, reals(w, Y1_), reals(w, V1_), acting(p, w), 1.0 - s[ALPHA_M], weight * step[1],
-        weight * step[2], data,
-    )  # fmt: skip
-    total = 0.0
+    weight, total = 1.0 - s[ALPHA_F], 0.0
+    cM, cK, cC = 1.0 - s[ALPHA_M], weight * step[1], weight * step[2]
+    if reals(w, BODIES).size:
+        _refill(p, w, cM, cK, cC)
+    else:
+        matrix(p, reals(w, Y1_), reals(w, V1_), acting(p, w), cM, cK, cC, data)
     for i in range(data.size - 1):
         total += data[i]
     fill(jacobian, 0.0)

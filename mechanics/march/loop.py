@@ -77,6 +77,10 @@ from mechanics.march.store import (
 from mechanics.march.terms import coefficients, inertia, remember, respond
 from mechanics.march.trial import note_trend
 
+LARGE = 1000
+"""Unknowns above which it is worth keeping what bodies add to a Jacobian, where contacts call for
+new ones [-]."""
+
 
 def memory(
     program: Program,
@@ -97,12 +101,14 @@ def memory(
     tried = [y, y, n, n, n, n, n, y, y, program.mass_data.size, JACOBIANS * factors]
     tried += [window.c0.size] * 3 + [program.signals.size]
     tried += [y, y, y, 3 * m, 5, JACOBIANS * KNOWN, 2 * joints, 2 * looks, 64 * 9, y, 3, n]
+    tried += [2 * program.mass_data.size + n if joints and y > LARGE else 0]
     sizes = [part.size for part in given] + rows + tried
     ends = np.cumsum(sizes)
     room = np.zeros(ends[-1])
     np.concatenate([part.ravel() for part in given], out=room[: ends[len(given) - 1]])
     places = np.stack([ends - sizes, ends], axis=1).astype(np.int64)
-    return Memory(places, room, np.append(carried.whole, [0, *demands(int(settings[FORM])), 0]))
+    whole = [*carried.whole, 0, *demands(int(settings[FORM])), 0, 0, 0]
+    return Memory(places, room, np.array(whole, np.int64))
 
 
 @kernel(TAKE)

@@ -24,6 +24,7 @@ from mechanics.march.program import (
     P_LIMITS,
     P_SCALE,
     SINGULAR,
+    SMALLEST,
     TOLERANCE,
     UNCONVERGED,
 )
@@ -33,6 +34,7 @@ from mechanics.march.store import (
     ATTEMPT,
     CLOCK,
     CONTRACTION,
+    FAILED,
     FORCE0,
     FORCE1,
     INERTIA,
@@ -43,6 +45,7 @@ from mechanics.march.store import (
     ROWS_AT,
     SETTINGS,
     SPAN,
+    TAKEN,
     TOTAL,
     TRIED,
     USED,
@@ -225,29 +228,50 @@ def _first_infinite(total, otherwise):
 
 
 @inner
+def _afresh(p, w, h):
+    """Corrections with a Jacobian of the prediction, as ``_newton``, or why there is none."""
+    begin(w, h)
+    if renew(p, w, h):
+        return _newton(p, w, h)
+    _residual(p, w, h)
+    lost = _first_infinite(reals(w, TOTAL), -1)
+    return (SINGULAR, 0, 0) if lost < 0 else (INFINITE, 0, lost)
+
+
+@inner
+def _doubtful(w, h):
+    """Whether a step may have failed for the bodies that were kept; they will be taken anew.
+
+    Most fail for contacts, with all bodies where they are: so only the second of two in a row is
+    held against the bodies, and the last one that there would be.
+    """
+    number, taken = w.whole[2] + 1, w.whole[TAKEN]
+    again = w.whole[FAILED] == number or h <= 2.0 * reals(w, SETTINGS)[SMALLEST]
+    w.whole[FAILED] = number
+    if taken == 0 or taken == number + w.whole[3] or not again:
+        return False
+    w.whole[TAKEN] = 0
+    return True
+
+
+@inner
 def _step(p, w, h):
-    """A converged step with a Jacobian that may be old, else with one of the prediction.
+    """A converged step with a Jacobian that may be old, else with one of the prediction, where in
+    doubt with bodies where they are now.
 
     Returns reason, corrections, worst unknown.
     """
     predict(w, h)
-    spent = 0
-    for fresh in range(2):
-        if fresh:
-            begin(w, h)
-            if not renew(p, w, h):
-                _residual(p, w, h)
-                lost = _first_infinite(reals(w, TOTAL), -1)
-                return (SINGULAR, spent, 0) if lost < 0 else (INFINITE, spent, lost)
-        elif not serves(p, w, h):
-            continue
-        why, count, worst = _newton(p, w, h)
-        in_use(w)[USED] = w.whole[2] + w.whole[3] + 1.0
+    spent, old = 0, serves(p, w, h)
+    while True:
+        why, count, worst = _newton(p, w, h) if old else _afresh(p, w, h)
         spent += count
-        if why == DONE or fresh:
+        if count > 0:
+            in_use(w)[USED] = w.whole[2] + w.whole[3] + 1.0
+        if why == DONE or not (old or _doubtful(w, h)):
             in_use(w)[WASTED] += max(0, count - ENOUGH)
-            break
-    return why, spent, worst
+            return why, spent, worst
+        old = False
 
 
 @inner

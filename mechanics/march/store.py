@@ -80,18 +80,19 @@ class Memory(NamedTuple):
 (Y, V, A, FORCE0, BEFORE, APPROACH0, HISTORY0, LEDGER, LOST, CLOCK, SETTINGS, SPAN, C0, C1, ROW_T,
  ROW_RESPONSE, ROW_APPROACH, ROW_DRIVE, ROW_LOST, ROW_Y, ROW_V, ROW_LEDGER, Y1_, V1_, A1_,
  FORCE1, Q_HAT, V_HAT, INERTIA, TOTAL, X, DATA, FACTORS, COEF, ACTING, BEGUN, VALUES, SCRATCH,
- OTHER, THIRD, RATES, TRIED, JACOBIAN, READY, LOOK, STACK, EARLIER, TREND, MOMENTUM) = range(
-    49
-)  # fmt: skip
+ OTHER, THIRD, RATES, TRIED, JACOBIAN, READY, LOOK, STACK, EARLIER, TREND, MOMENTUM,
+ BODIES) = range(50)  # fmt: skip
 """Fields of the memory: what is carried; the window; rows that are kept; the step that is tried
 (names with 1); room to work. ``BEGUN``: coefficients at the beginning of the step. ``TRIED``: time,
 B, G, error over the tolerance, error. ``JACOBIAN``: see there. ``LOOK``: two balances, see
 ``look``. ``EARLIER``: accelerations and multipliers one step before; ``TREND``: how they go on, see
-``begin``. ``MOMENTUM``: M a at the beginning of the step."""
+``begin``. ``MOMENTUM``: M a at the beginning of the step. ``BODIES``: K and C of bodies and the
+coordinates where they were taken, or no room for them."""
 
-WORST, ROWS_AT, PROJECT_AT, IN_USE = 6, 7, 8, 9
+WORST, ROWS_AT, PROJECT_AT, IN_USE, TAKEN, FAILED = 6, 7, 8, 9, 10, 11
 """Whole numbers of the memory behind those that are carried: the worst unknown; see ``demands``;
-the Jacobian in use."""
+the Jacobian in use; the attempt in which K and C of bodies were taken (0: they were not), and the
+step in which one failed last, both counted from 1."""
 
 JACOBIANS = 4
 """Jacobians that are kept, for as many step sizes: impacts make the size go up and down."""

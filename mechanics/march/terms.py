@@ -101,17 +101,25 @@ def forces(p, y, v, coef, role, out):
 @njit(cache=True, error_model="numpy")
 def matrix(p, y, v, coef, cM, cK, cC, data):
     """Overwrite ``data`` with [[cM M + cK K + cC C, Phi_q^T], [Phi_q, 0]] on the pattern."""
-    mass, slots = reals(p, P_MASS_DATA), wholes(p, P_SLOTS)
+    mass = reals(p, P_MASS_DATA)
     for i in range(data.size):
         data[i] = cM * mass[i]
+    tangents(p, y, v, coef, -1, cK, cC, data)
+
+
+@njit(cache=True, error_model="numpy")
+def tangents(p, y, v, coef, role, cK, cC, data):
+    """Add cK K + cC C, and Phi_q and its transpose, of all terms of a role (-1: all)."""
+    slots = wholes(p, P_SLOTS)
     terms, kernels = _terms(p)
     for k in range(len(terms)):
         s = terms[k]
-        end = s[SLOT0] + s[SPREADS] * s[ENTRIES]
-        places = slots[s[SLOT0] : end].reshape((s[SPREADS], s[ENTRIES]))
-        tangent_at(kernels[k, TANGENT])(
-            y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), cK, cC, places, data
-        )
+        if role < 0 or s[ROLE] == role:
+            end = s[SLOT0] + s[SPREADS] * s[ENTRIES]
+            places = slots[s[SLOT0] : end].reshape((s[SPREADS], s[ENTRIES]))
+            tangent_at(kernels[k, TANGENT])(
+                y, v, _coefs(coef, s), _ints(p, s), _floats(p, s), cK, cC, places, data
+            )
 
 
 @njit(cache=True, error_model="numpy")
