@@ -145,7 +145,7 @@ def _vibrations(exact: dict, small: dict) -> Entry:
         "not compared",
         "",
         f"{_percent(errors)} at Levels 1 to 4, against a frame that is exact along its members",
-        "not determined; what is left is not the mesh: cubic elements of 4.3 m resolve what matters",
+        "not determined; what is left is not the mesh: cubic elements of 4.3 m resolve it",
         (58,),
     )
 
@@ -222,7 +222,7 @@ def _with_play(work: Workshop) -> Iterator[Entry]:
         f"errors {numbers(PRINTED['pointing'])} % at Levels 1 to 3",
         "",
         f"{_percent(errors)} at Levels 1 to 4, against beam3333",
-        f"trend reproduced: errors fall with the mesh, and Level 1 points to {_percent(errors[:1])}",
+        f"trend reproduced: errors fall with the mesh; Level 1 points to {_percent(errors[:1])}",
         (58,),
     )
     seconds = [run.wall[0] for run in levels.values()]
