@@ -33,11 +33,17 @@ def deployable(table: DeployableRing) -> Tables:
             joints |= _latch(panel)
         if table.resistance is not None:
             joints |= _resistance(k, panel, table)
+    joints |= _dampers(joints, table)
     if table.rope is not None:
         joints["rope"] = _rope(ring, table)
     if table.support == "clamp":
         joints["support"] = {"kind": "clamp", "a": {"body": ring.bars[0].name, "at": "start"}}
     made: Tables = {"body": {bar.name: _body(bar, table) for bar in ring.bars}, "joint": joints}
+    if table.clearance and table.clearance.sliders and table.clearance.sliders.press:
+        press = table.clearance.sliders.press
+        made["load"] = {
+            f"press_{p.inner.removeprefix('inner_')}": _press(p, press) for p in ring.panels
+        }
     heat = _heat(ring, table)
     return {**made, "thermal": heat} if heat else made
 
@@ -77,7 +83,7 @@ def _hinge(chord: Tables, post: Tables, axis: list[float], table: DeployableRing
     if table.clearance is None:
         return {"kind": "revolute", "a": chord, "b": post, "axis": axis}
     given = table.clearance.model_dump(
-        exclude={"spherical", "mass", "sliders"}, exclude_unset=True, by_alias=True
+        exclude={"spherical", "mass", "sliders", "grease"}, exclude_unset=True, by_alias=True
     )
     return {
         "kind": "clearance_revolute",
@@ -107,6 +113,40 @@ def _diagonal_joints(panel: Panel, table: DeployableRing) -> Tables:
     }
 
 
+def _dampers(joints: Tables, table: DeployableRing) -> Tables:
+    """What resists motion in the gaps of pins, and turning at the ends of diagonals."""
+    play, made = table.clearance, {}
+    if play is None:
+        return made
+    for name, joint in joints.items():
+        if joint["kind"] == "clearance_revolute" and play.grease is not None:
+            ends = {"a": joint["journal"], "b": joint["bearing"], "axes": _triad(joint["axis"])}
+            made[f"grease_{name}"] = _damper(ends, damping=[play.grease, play.grease, 0.0])
+        if joint["kind"] in ("universal", "spherical") and play.sliders and play.sliders.pivots:
+            ends = {"a": joint["a"], "b": joint["b"]}
+            made[f"pivot_{name}"] = _damper(ends, turn_damping=3 * [play.sliders.pivots])
+    return made
+
+
+def _press(panel: Panel, moment: float) -> Tables:
+    """A spiral spring between the post and the outer tube; it turns that as folding does."""
+    ends = {"a": {"body": panel.outer, "at": "start"}, "b": _site(panel.foot)}
+    against = -moment if panel.foot.at == "end" else moment
+    return {"kind": "torque", **ends, "direction": panel.normal.tolist(), "amplitude": against}
+
+
+def _damper(ends: Tables, **resistance: list[float]) -> Tables:
+    return {"kind": "bushing", **ends, "stiffness": [0.0, 0.0, 0.0], **resistance}
+
+
+def _triad(axis: list[float]) -> list[list[float]]:
+    """Two directions across the axis, and the axis."""
+    third = np.array(axis)
+    first = np.cross(third, np.eye(3)[np.argmin(np.abs(third))])
+    first /= np.linalg.norm(first)
+    return [first.tolist(), np.cross(third, first).tolist(), axis]
+
+
 def _slider_name(panel: Panel) -> str:
     return f"slider_{panel.inner.removeprefix('inner_')}"
 
@@ -122,7 +162,7 @@ def _slider(panel: Panel, table: DeployableRing) -> Tables:
         exclude_unset=True,
         by_alias=True,
     )
-    own = table.clearance.sliders.model_dump(exclude_unset=True)
+    own = table.clearance.sliders.model_dump(exclude={"pivots", "press"}, exclude_unset=True)
     return {
         "kind": "clearance_translational",
         "journal": ends[0],

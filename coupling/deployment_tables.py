@@ -21,6 +21,7 @@ from meshes.deployable_ring import Form
 Fraction = Annotated[float, Quantity(quantities.NUMBER, above=0.0, most=1.0)]
 Force = Annotated[float, Quantity(quantities.FORCE, above=0.0)]
 Impulse = Annotated[float, Quantity(quantities.IMPULSE, least=0.0)]
+Damping = Annotated[float, Quantity(quantities.DAMPING, least=0.0)]
 Moment = Annotated[float, Quantity(quantities.MOMENT, least=0.0)]
 TurnDamping = Annotated[float, Quantity(quantities.TURN_DAMPING, least=0.0)]
 Length = Annotated[float, Quantity(quantities.LENGTH, least=0.0)]
@@ -71,6 +72,16 @@ class Sliders(Table):
     clearance: PositiveLength | None = Field(
         default=None, description="way to each wall; default: that of the revolutes"
     )
+    pivots: TurnDamping | None = Field(
+        default=None,
+        description="resistance to turning of the joints at both ends of a diagonal, such as "
+        "'10 kN m s/rad', which keeps its slider from rattling; absent: they turn freely",
+    )
+    press: Moment | None = Field(
+        default=None,
+        description="of a spiral spring at the foot of each diagonal, against deployment: it "
+        "presses the slider to its tube; absent: sliders float in their play",
+    )
 
     def odd_values(self) -> Iterator[tuple[str, str]]:
         if 2.0 * self.corner_radius > min(self.length, self.height):
@@ -90,6 +101,11 @@ class Play(Clearance):
         "frictional heat and, in a shock, the temperature of their member",
     )
     sliders: Sliders | None = Field(default=None, description="absent: sliders without play")
+    grease: Damping | None = Field(
+        default=None,
+        description="resistance of what fills the gap of a pin to motion across it, such as "
+        "'1 kN s/m'; absent: they are dry",
+    )
 
 
 class WholeShock(Shock):
