@@ -115,7 +115,8 @@ def _diagonal_joints(panel: Panel, table: DeployableRing) -> Tables:
 
 def _dampers(joints: Tables, table: DeployableRing) -> Tables:
     """What resists motion in the gaps of pins, and turning at the ends of diagonals."""
-    play, made = table.clearance, {}
+    made: Tables = {}
+    play = table.clearance
     if play is None:
         return made
     for name, joint in joints.items():

@@ -11,6 +11,7 @@ from coupling.deployment_tables import DeployableRing, Winch
 from coupling.errors import BadCase
 from coupling.model import build
 from coupling.reading import Results
+from mechanics import march
 from meshes.deployable_ring import Form, corners, deployable_ring, held_corners, slope_of
 
 FORM = Form(6, 10.0, 2.0)
@@ -56,6 +57,8 @@ length = "0.2 m"
 height = "50 mm"
 corner_radius = "5 mm"
 """
+GREASED = PLAY.replace('"30 um"', '"30 um"\ngrease = "5 kN s/m"')
+PRESSED = GREASED + 'press = "20 N m"\npivots = "1 kN m s/rad"\n'
 
 
 def read(tmp_path: Path, text: str):
@@ -178,3 +181,29 @@ def test_names_are_those_of_the_table():
     assert len(made["body"]) == 5 * 6
     kinds = [joint["kind"] for joint in made["joint"].values()]
     assert [kinds.count(k) for k in ("revolute", "prismatic", "gear", "latch")] == [24, 6, 6, 6]
+
+
+def seated(tmp_path: Path) -> tuple[list[str], np.ndarray]:
+    """Names of the contacts of a folded ring at rest, and with what force [N] each is pressed."""
+    text = CASE.replace("40 s", "1 s").replace("4 s", "0.25 s").replace("38 s", "1 h")
+    model = build(read(tmp_path, text.replace("5 N m", "50 N m") + PRESSED))
+    last = []
+    attempts = simulation.Attempts(lambda: None, lambda rows: last.append(rows), lambda: None)
+    for window in simulation.windows(model, model.initial(), attempts=attempts):
+        assert isinstance(window, simulation.Done)
+    return model.motion_solver.system.contact_names, last[-1].response[-1, :, march.ELASTIC]
+
+
+def test_what_presses_pins_and_sliders_seats_them(tmp_path):
+    """Two bars on two supports with a moment at one end, joined by a couple of the slider."""
+    names, force = seated(tmp_path)
+    slope = slope_of(0.3)
+    whole = FORM.diagonal(slope)
+    at = whole - FORM.tube
+    couple = 20.0 * (1.0 - at / whole)
+    pressed = {name: f for name, f in zip(names, force, strict=True) if "slider" in name}
+    assert all(f > 0.0 for name, f in zip(names, force, strict=True) if name not in pressed)
+    for k in range(6):
+        own = [f for name, f in pressed.items() if name.startswith(f"slider_{k}.")]
+        assert sum(f > 0.0 for f in own) == 2
+        assert 0.5 * 0.2 * sum(own) == pytest.approx(couple, rel=0.1)
