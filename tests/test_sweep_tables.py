@@ -9,6 +9,7 @@ from coupling.casefile import from_text
 from coupling.errors import BadCase
 from coupling.sweeps import points
 from coupling.sweeps.command import prepared
+from coupling.sweeps.table import differing
 
 
 def read(text: str = CASE):
@@ -111,3 +112,12 @@ def test_the_name_of_a_point_follows_from_files_too(tmp_path):
     before = points.key(scene)
     (tmp_path / "mesh.msh").write_text("other")
     assert points.key(scene) != before
+
+
+def test_ramps_that_differ_in_their_end_are_told_apart_by_it():
+    ramps = [{"ramp": {"end": "2 s", "to": f"{T} degC"}} for T in (80, 130, 180)]
+    assert differing(ramps) == ["80 degC", "130 degC", "180 degC"]
+    two = [{"ramp": {"end": "1 s", "to": "80 degC"}}, {"ramp": {"end": "2 s", "to": "90 degC"}}]
+    assert differing(two) == [two[0]["ramp"], two[1]["ramp"]]
+    assert differing(["1 m", "2 m"]) == ["1 m", "2 m"]
+    assert differing([ramps[0], ramps[0]]) == [ramps[0], ramps[0]]

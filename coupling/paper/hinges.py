@@ -50,8 +50,9 @@ def _reference(work: Workshop, case: str, name: str) -> list[dict[str, str]]:
 def _drawn(work: Workshop, sweep: object, name: str) -> tuple[Path, ...]:
     """Pictures of a sweep, in the folder of the report."""
     files = [Path(str(file)) for file in getattr(sweep, "files", ())]
-    pictures = [file for file in files if file.suffix == ".png"]
-    return tuple(work.picture(file, f"{name}_{file.stem}") for file in pictures[:2])
+    shown = ("quantities", "portraits_branch_1")
+    pictures = [file for file in files if file.suffix == ".png" and file.stem in shown]
+    return tuple(work.picture(file, f"{name}_{file.stem}") for file in pictures)
 
 
 # ---------------------------------------------------------------------------------- no heat

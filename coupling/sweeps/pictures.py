@@ -29,6 +29,8 @@ MOST_SAMPLES = 20_000
 """Of a portrait that is drawn."""
 SHOWN = ("chaos", "spread", "entropy")
 """Numbers of regularity that are drawn; the table has all."""
+MANY = 4
+"""Panels in one column."""
 WIDE = 20.0
 """Quotient of largest and smallest value from which an axis is logarithmic [-]."""
 
@@ -84,8 +86,10 @@ def _figure(
 
 
 def _sizes(sweep: Sweep, rows: int) -> tuple[float, float]:
-    columns = 1 if sweep.coded is None else len(sweep.axes)
-    return max(7.5, 3.2 * columns), 1.0 + 2.6 * rows
+    if sweep.coded is None:
+        wide = _columns(rows)
+        return max(7.5, 5.0 * wide), 1.0 + 2.6 * -(-rows // wide)
+    return max(7.5, 3.2 * len(sweep.axes)), 1.0 + 2.6 * rows
 
 
 def _over(figure: "Figure", sweep: Sweep, responses: Sequence[Response], together: bool) -> None:
@@ -94,15 +98,25 @@ def _over(figure: "Figure", sweep: Sweep, responses: Sequence[Response], togethe
         _over_factors(figure, sweep, responses)
         return
     axes = sweep.axes[:1] if together else sweep.axes
-    panels = figure.subplots(len(responses), 1, squeeze=False, sharex=True)[:, 0]
-    for ax, response in zip(panels, responses, strict=True):
+    wide = _columns(len(responses))
+    panels = figure.subplots(-(-len(responses) // wide), wide, squeeze=False, sharex=True)
+    for ax in panels.flat[len(responses) :]:
+        ax.set_axis_off()
+    for ax, response in zip(panels.flat, responses, strict=False):
         for k, (label, rows) in enumerate(_groups(axes)):
             color, mark = COLORS[k % len(COLORS)], MARKS[k % len(MARKS)]
             _curve(ax, axes[-1], response, rows, color, mark, label)
         _vertical(ax, response)
         if ax.get_legend_handles_labels()[1]:
             ax.legend(fontsize=8)
-    _horizontal(panels[-1], axes[-1])
+    for ax in panels.flat[max(len(responses) - wide, 0) : len(responses)]:
+        ax.tick_params(labelbottom=True)
+        _horizontal(ax, axes[-1])
+
+
+def _columns(panels: int) -> int:
+    """Of a picture with so many panels one below the other."""
+    return 1 if panels <= MANY else 2
 
 
 def _groups(axes: Sequence[Axis]) -> list[tuple[str, list[int]]]:

@@ -161,6 +161,7 @@ def _short(paths: Sequence[str], path: str) -> str:
 
 
 def _axis(name: str, values: Sequence[Any]) -> Axis:
+    values = differing(values)
     words = tuple(_word(value) for value in values)
     try:
         numbers, units = zip(*map(parts, values), strict=True)
@@ -170,6 +171,23 @@ def _axis(name: str, values: Sequence[Any]) -> Axis:
         pass
     order = list(dict.fromkeys(words))
     return Axis(name, "", np.array([float(order.index(word)) for word in words]), words, False)
+
+
+def differing(values: Sequence[Any]) -> Sequence[Any]:
+    """Of tables such as ramps that differ in one entry only that entry, else the values.
+
+    Examples
+    --------
+    >>> differing([{"ramp": {"end": 2, "to": "80 degC"}}, {"ramp": {"end": 2, "to": "9 K"}}])
+    ['80 degC', '9 K']
+    """
+    if not all(isinstance(value, dict) for value in values):
+        return values
+    keys = list(dict.fromkeys(key for value in values for key in value))
+    apart = [key for key in keys if any(v.get(key) != values[0].get(key) for v in values)]
+    if len(apart) != 1 or not all(apart[0] in value for value in values):
+        return values
+    return differing([value[apart[0]] for value in values])
 
 
 def _word(value: Any) -> str:
