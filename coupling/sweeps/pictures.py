@@ -85,8 +85,13 @@ def _figure(
 # ------------------------------------------------------------------- over what is varied
 
 
+def _has_factors(sweep: Sweep) -> bool:
+    """Whether responses stand in a row of panels, one for each factor."""
+    return sweep.coded is not None and len(sweep.axes) > 1
+
+
 def _sizes(sweep: Sweep, rows: int) -> tuple[float, float]:
-    if sweep.coded is None:
+    if not _has_factors(sweep):
         wide = _columns(rows)
         return max(7.5, 5.0 * wide), 1.0 + 2.6 * -(-rows // wide)
     return max(7.5, 3.2 * len(sweep.axes)), 1.0 + 2.6 * rows
@@ -94,7 +99,7 @@ def _sizes(sweep: Sweep, rows: int) -> tuple[float, float]:
 
 def _over(figure: "Figure", sweep: Sweep, responses: Sequence[Response], together: bool) -> None:
     """Responses over the varied entry, a curve for each combination of the others."""
-    if sweep.coded is not None:
+    if _has_factors(sweep):
         _over_factors(figure, sweep, responses)
         return
     axes = sweep.axes[:1] if together else sweep.axes
@@ -116,7 +121,7 @@ def _over(figure: "Figure", sweep: Sweep, responses: Sequence[Response], togethe
 
 def _columns(panels: int) -> int:
     """Of a picture with so many panels one below the other."""
-    return 1 if panels <= MANY else 2
+    return 1 if panels <= MANY else 2 if panels <= MANY**2 else 4
 
 
 def _groups(axes: Sequence[Axis]) -> list[tuple[str, list[int]]]:
