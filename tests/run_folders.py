@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from coupling.contact_history import MANY
 from coupling.results import Results
 
 
@@ -26,7 +27,9 @@ def consistent(folder):
         if group.startswith("probes/"):
             assert len(table["time"]) == rows + 1 and table["time"][-1] == t
         if group.startswith("joints/") and table:
-            assert len(table["time"]) == groups["windows"]["steps"].sum()
+            taken = groups["windows"]["steps"].sum()
+            some = len([name for name in groups if name.startswith("joints/")]) > MANY
+            assert len(table["time"]) <= taken if some else len(table["time"]) == taken
             assert not rows or table["time"][-1] == t
         if group.startswith("bodies/"):
             assert len(table["position"]) == len(groups["frames"]["time"])
