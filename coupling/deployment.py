@@ -220,9 +220,12 @@ def _rope(ring: Ring, table: DeployableRing) -> Tables:
 def slack_rope(table: DeployableRing, slope: float) -> float:
     """Length [m] without force of the rope that holds the ring at a slope [rad]."""
     assert table.rope is not None
-    if table.rope.stiffness is None or table.resistance is None:
+    if table.rope.stiffness is None:
         return table.form.rope(slope)
-    tension = table.resistance.moment / table.form.lever(slope)
+    against = 0.0 if table.resistance is None else table.resistance.moment
+    if table.clearance and table.clearance.sliders and table.clearance.sliders.press:
+        against += table.clearance.sliders.press * table.form.swing(slope)
+    tension = against / table.form.lever(slope)
     return table.form.rope(slope) / (1.0 + tension / table.rope.stiffness)
 
 

@@ -53,6 +53,11 @@ class Form(NamedTuple):
         """By how much the diagonal becomes longer with the slope of the chords [m/rad]."""
         return float(self.chord * self.height * np.cos(slope) / self.diagonal(slope))
 
+    def swing(self, slope: float) -> float:
+        """By what angle the diagonal turns while chords turn by one [-]."""
+        L, H = self.chord, self.height
+        return float(L * (L + H * np.sin(slope)) / self.diagonal(slope) ** 2)
+
     def rope(self, slope: float) -> float:
         """Length of the rope through all diagonals [m]."""
         return self.bays * self.diagonal(slope)

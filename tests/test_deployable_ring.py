@@ -141,6 +141,13 @@ def test_lever_is_the_slope_of_the_length_of_the_diagonal():
     assert FORM.lever(slope) == pytest.approx(found, rel=1e-9)
 
 
+def test_swing_is_what_the_diagonal_turns():
+    slope, h = 0.7, 1e-5
+    low, high = (deployable_ring(FORM, np.cos(x)).panels[0].axis for x in (slope - h, slope + h))
+    turned = np.linalg.norm(high - low) / (2.0 * h)
+    assert FORM.swing(slope) == pytest.approx(turned, rel=1e-3)
+
+
 def test_deploys_along_its_closed_form_and_latches(tmp_path):
     """Against the posts of a rigid ring whose rope has the length that the winch asks for."""
     scene = read(tmp_path, CASE)
