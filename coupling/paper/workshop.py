@@ -1,8 +1,8 @@
 """Where the report on the paper does its computations, each of them once.
 
 What has been computed is kept in files named by what it depends on: the whole text of the case
-after its changes, what is sought, and the version of the program. A report that is made again, or
-was interrupted, takes from them what it finds.
+after its changes, what is sought, and the format of results. A report that is made again, or was
+interrupted, takes from them what it finds; without the folder ``kept`` it computes everything.
 """
 
 import json
