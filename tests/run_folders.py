@@ -44,7 +44,8 @@ def assert_same(a, b, where=""):
             if key != "wall_time":
                 assert_same(a[key], b[key], f"{where}/{key}")
     else:
-        assert np.array_equal(a, b), where
+        a, b = np.asarray(a), np.asarray(b)
+        assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), where
 
 
 def assert_same_results(a, b):
