@@ -99,7 +99,7 @@ def _equilibrium(work: Workshop, variants: tuple[str, ...]) -> dict[str, float]:
 
 
 def _hinge(work: Workshop, printed: dict[str, float]) -> Entry:
-    run = _done(work.recorded(CASE))
+    run = _done(work.recorded(CASE, ("shock",) if work.large else ()))
     with Results.open(run.folder) as results:
         hinge = liveliest_hinge(results)
     rate = np.gradient(hinge.angle, hinge.time)
@@ -111,9 +111,9 @@ def _hinge(work: Workshop, printed: dict[str, float]) -> Entry:
         "turn of a hinge with play during the shock [mrad], and its phase portrait",
         f"drifts from {begin:g} to {end:g} mrad with fast ripples; scattered loops",
         "neither the hinge nor the time is given",
-        f"{hinge.name}, the one that turns most: {turned} in "
-        f"{number(float(hinge.time[-1]), 's', 3)}, at up to {fastest}, with {hinge.changes.size} "
-        "changes between flight, stick and slip",
+        f"{hinge.name}, the one that turns most: {turned} in the first "
+        f"{number(float(hinge.time[-1]), 's', 3)} of the shock, at up to {fastest}, with "
+        f"{hinge.changes.size} changes between flight, stick and slip",
         "trend reproduced: a drift with ripples by impacts; the numbers are not determined",
         (17, 19, 25, 65),
         (work.picture(run.picture("hinge"), "reflector_hinge"),
