@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from math import log, pi, sqrt
 from typing import NamedTuple
 
@@ -28,6 +29,10 @@ COLUMNS = {"B": (), "C": ("temperature",), "D": ("coulomb",)}
 OTHERS = {"one coefficient": ("one_coefficient",), "regularised": ("hua2026",)}
 SAMPLES, SELDOM = 0.05, 0.2
 """Time between two accelerations that are looked at, of 0.6 s of a swing; where none slips [s]."""
+
+
+ALIKE = 1e-3
+"""Relative difference below which columns are not told apart [-]."""
 
 
 class Seen(NamedTuple):
@@ -191,10 +196,18 @@ ROWS = (
 """In the order of the table."""
 
 
+def _order(values: dict[str, float]) -> str:
+    """Columns from the largest to the smallest; "=" where they differ by less than one in 10^3."""
+    names = sorted(COLUMNS, key=lambda c: -values[c])
+    alike = [abs(values[b] / values[a] - 1.0) < ALIKE for a, b in pairwise(names)]
+    signs = ["", *(" = " if same else " > " for same in alike)]
+    return "".join(sign + name for sign, name in zip(signs, names, strict=True))
+
+
 def _columns(table: list[dict[str, str]], seen: dict[str, Seen]) -> Iterator[Entry]:
     for printed, row in zip(table, ROWS, strict=True):
         values = {name: row.value(one) for name, one in seen.items()}
-        order = " > ".join(sorted(COLUMNS, key=lambda c: -values[c]))
+        order = _order(values)
         claimed = " > ".join(sorted(COLUMNS, key=lambda c: -float(printed[c])))
         yield Entry(
             "Table 6",
