@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -178,7 +179,11 @@ def process(words):
     words = [sys.executable, "-m", "coupling.cli", *words]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     quiet = subprocess.DEVNULL
-    return subprocess.Popen(words, cwd=ROOT, stdout=quiet, stderr=quiet, env=environment)
+    # what is started in the background inherits that Ctrl-C is ignored
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    return subprocess.Popen(
+        words, cwd=ROOT, stdout=quiet, stderr=quiet, env=environment, preexec_fn=heard
+    )
 
 
 def stamp(folder):

@@ -13,6 +13,14 @@ from mechanics.solver import Mechanics
 ROOM = np.zeros((0, 3))
 
 
+@pytest.fixture(autouse=True)
+def heard():
+    """Ctrl-C as Python takes it: what is started in the background inherits that it is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def pulled(amplitude, solver="auto") -> Mechanics:
     """A mass on a spring under a force in time."""
     body = RigidBody("mass", np.zeros(3), 1.0, np.eye(3))
