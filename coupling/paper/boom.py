@@ -44,6 +44,8 @@ class Figure(NamedTuple):
     largest: int = 0
 
 
+PRELOADED, PRELOAD = 28, 16
+"""Figure about preload, and the component of that name in the checklist."""
 FIGURES = (
     Figure(22, "bearing heated to 19.85-169.85 degC", "compact to chaotic with temperature", 1, 67,
            "the clearance grows by 0.17 um/K between steel and aluminium; E(T) alone does nothing"),
@@ -262,7 +264,7 @@ def _figure(work: Workshop, figure: Figure) -> Entry:
         "the drive, the boom's section and the pin are not given",
         "; ".join(rows),
         _verdict(figure, force, size, measures),
-        (figure.row,),
+        (figure.row, PRELOAD) if figure.number == PRELOADED else (figure.row,),
         _pictures(swept),
     )
 

@@ -87,9 +87,9 @@ def _balance(work: Workshop) -> Entry:
 
 
 def _orbit(work: Workshop) -> Entry:
-    found = work.once("albedo", ("albedo",), lambda: [
+    found = work.once("heat of a planet", ("heat of a planet",), lambda: [
         [one.name, one.value, one.reference, one.unit]
-        for one in work.verified("albedo in a low orbit") if hasattr(one, "value")
+        for one in work.verified("infrared of a planet on a plate") if hasattr(one, "value")
     ])  # fmt: skip
     name, value, reference, unit = found[0]
     return Entry(
@@ -97,8 +97,8 @@ def _orbit(work: Workshop) -> Entry:
         "heat of the orbit: Sun, albedo, infrared of the planet",
         "future work",
         "",
-        f"built: {name} {number(value, unit)} for {number(reference, unit)} by quadrature; case "
-        "sunlit_tube",
+        f"built: view factor of the planet from a plate that {name} {number(value, unit, 6)}, "
+        f"{number(reference, unit, 6)} in closed form; case sunlit_tube",
         "reproduced beyond the paper",
         (80,),
     )
