@@ -99,6 +99,8 @@ def _summary(sections: Sequence[Section], rows: Sequence[checklist.Row]) -> Iter
     yield from table(("section", *VERDICTS, "time [s]"), [_counts(s) for s in sections])
     total = Counter(entry.kind for section in sections for entry in section.entries)
     shown = ", ".join(f"{total[kind]} {kind}" for kind in VERDICTS)
+    yield "Times are of making this document; what was kept from before took its time then."
+    yield ""
     yield f"{sum(total.values())} statements: {shown}."
     if rows:
         good = sum(row.works for row in rows)
