@@ -12,6 +12,7 @@ from coupling.casefile import FILE_NAME
 from coupling.crosscheck_tables import STAGES
 from coupling.generators import KINDS
 from coupling.joint_references import SIDES
+from coupling.paper.sections import SECTIONS
 from coupling.reports.registry import OF_A_CASE, OWN
 from coupling.scene import Analysis, Integrator
 from coupling.surface_tables import SURFACES
@@ -90,6 +91,8 @@ def show(out: Console, folder: Path = Path("cases")) -> None:
     _section(out, "reports of a case  (thermobody report CASE NAME)", _bare(of_a_case))
     for what, reports in OWN.items():
         _section(out, f"reports  (thermobody report {what} NAME)", _bare(reports))
+    _section(out, "sections of the report on the paper  (thermobody report paper NAME)",
+             _bare(SECTIONS))  # fmt: skip
     _section(out, "verification areas  (thermobody verify AREA)", _bare(AREAS))
 
 

@@ -647,7 +647,7 @@ def report(
         typer.Argument(
             metavar="CASE|MODEL",
             help="A case, or ring_truss, contact, heat, mechanics, coupling, stability, extremes, "
-            "program.",
+            "program; or paper, the source of the project.",
         ),
     ],
     name: Annotated[
