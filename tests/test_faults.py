@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
 import h5py
@@ -110,7 +109,8 @@ class Command(Child):
         reading, self._writing = os.pipe()
         self._reading = reading
 
-        def work():
+        def work():  # what is started in the background inherits that Ctrl-C is ignored
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             begin()
             code, said = command(*words)
             os.write(self._writing, said.encode()[-4000:])
@@ -179,11 +179,7 @@ def process(words):
     words = [sys.executable, "-m", "coupling.cli", *words]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     quiet = subprocess.DEVNULL
-    # what is started in the background inherits that Ctrl-C is ignored
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    return subprocess.Popen(
-        words, cwd=ROOT, stdout=quiet, stderr=quiet, env=environment, preexec_fn=heard
-    )
+    return subprocess.Popen(words, cwd=ROOT, stdout=quiet, stderr=quiet, env=environment)
 
 
 def stamp(folder):
