@@ -87,10 +87,7 @@ def _balance(work: Workshop) -> Entry:
 
 
 def _orbit(work: Workshop) -> Entry:
-    found = work.once("heat of a planet", ("heat of a planet",), lambda: [
-        [one.name, one.value, one.reference, one.unit]
-        for one in work.verified("infrared of a planet on a plate") if hasattr(one, "value")
-    ])  # fmt: skip
+    found = work.checks("infrared of a planet on a plate")
     name, value, reference, unit = found[0]
     return Entry(
         "Sec. 5",

@@ -176,6 +176,6 @@ def _with_anchors(body: str) -> str:
     """Headings of the second level with the names that links use."""
 
     def named(match: Any) -> str:
-        return f'<h2 id="{match[1].lower().replace(" ", "-")}">{match[1]}</h2>'
+        return f'<h2 id="{anchor(match[1])}">{match[1]}</h2>'
 
     return re.sub(r"<h2>(.*?)</h2>", named, body)

@@ -35,9 +35,7 @@ def entries(work: Workshop) -> Iterator[Entry]:
 
 
 def _spectral_radius(work: Workshop) -> Entry:
-    found = work.once("spectral radius of HHT", ("spectral radius",), lambda: [
-        check.value for check in work.verified("spectral radius of HHT at infinity")
-    ])  # fmt: skip
+    found = [value for _, value, *_ in work.checks("spectral radius of HHT at infinity")]
     return Entry(
         "Table 2, Sec. 3.5",
         "spectral radius at high frequencies, alpha = -0.1",
@@ -50,10 +48,7 @@ def _spectral_radius(work: Workshop) -> Entry:
 
 
 def _orders(work: Workshop) -> Iterator[Entry]:
-    found = work.once("orders in index 3", ("orders",), lambda: [
-        [one.name, one.order, one.theory]
-        for one in work.verified("orders of the schemes in index 3") if hasattr(one, "order")
-    ])  # fmt: skip
+    found = work.orders("orders of the schemes in index 3")
     shown = ", ".join(f"{name} {order:.2f}" for name, order, _ in found)
     yield Entry(
         "Sec. 3.2.4, 3.4",
@@ -126,9 +121,7 @@ def _contact_radius() -> Entry:
 
 
 def _elastic_impact(work: Workshop) -> Entry:
-    checks = work.once("Hertz impact", ("hertz impact",), lambda: [
-        [c.name, c.value, c.reference] for c in work.verified("Hertz impact of a steel ball")
-    ])  # fmt: skip
+    checks = work.checks("Hertz impact of a steel ball")
     printed = (15 / 16) / (5 / 4)
     depth, force = checks[0][1:], checks[1][1:]
     return Entry(

@@ -112,11 +112,8 @@ def _moments() -> Entry:
 
 
 def _interpolation(work: Workshop) -> Entry:
-    orders = work.once("orders of heat", ("orders of heat",), lambda: [
-        [one.name, one.order] for one in work.verified("bar, order in space and time")
-        if hasattr(one, "order")
-    ])  # fmt: skip
-    shown = ", ".join(f"{name} {order:.2f}" for name, order in orders)
+    orders = work.orders("bar, order in space and time")
+    shown = ", ".join(f"{name} {order:.2f}" for name, order, _ in orders)
     return Entry(
         "Sec. 2.1.1",
         "temperature by the shape functions of the beam",
@@ -179,10 +176,7 @@ def _own_clearance() -> Entry:
 
 
 def _seizure(work: Workshop) -> Entry:
-    found = work.once("seizure of a pin", ("seizure of a pin",), lambda: [
-        [one.name, one.value, one.reference, one.unit]
-        for one in work.verified("seizure of a heated pin")
-    ])  # fmt: skip
+    found = work.checks("seizure of a heated pin")
     name, value, reference, unit = found[0]
     return Entry(
         "Sec. 2.3.3",
@@ -224,10 +218,7 @@ def _rising() -> Entry:
 
 
 def _back_coupling(work: Workshop) -> Entry:
-    found = work.once("stretched metal", ("stretched metal",), lambda: [
-        [one.name, one.value, one.reference, one.unit]
-        for one in work.verified("stretched metal cools") if hasattr(one, "value")
-    ])  # fmt: skip
+    found = work.checks("stretched metal cools")
     name, value, reference, unit = found[0]
     alloy = library_material("al6061")
     E, alpha = float(alloy.youngs_modulus(ROOM)), float(alloy.expansion(ROOM))

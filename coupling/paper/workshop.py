@@ -140,6 +140,20 @@ class Workshop:
                 return list(one.solve())
         raise BadCase("verify", [Problem(name, "there is no such problem")])
 
+    def checks(self, name: str) -> list[tuple[str, float, float, str]]:
+        """Name, value, reference, unit of each number of a problem of ``thermobody verify``."""
+        return self.once(f"verify {name}", ("checks", name), lambda: [
+            (one.name, one.value, one.reference, one.unit)
+            for one in self.verified(name) if hasattr(one, "value")
+        ])  # fmt: skip
+
+    def orders(self, name: str) -> list[tuple[str, float, float]]:
+        """Name, observed order, that of theory of each convergence of such a problem."""
+        return self.once(f"verify {name}", ("orders", name), lambda: [
+            (one.name, one.order, one.theory)
+            for one in self.verified(name) if hasattr(one, "order")
+        ])  # fmt: skip
+
     def picture(self, source: Path, name: str) -> Path:
         """A copy of a picture in the folder of the report."""
         self.folder.mkdir(parents=True, exist_ok=True)
